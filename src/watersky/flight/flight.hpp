@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What was seen, from where, when: the one form that every recording is read into and that the
+/// map is made from.
+#include <functional>
+#include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "watersky/base/result.hpp"
+#include "watersky/base/time.hpp"
+#include "watersky/camera/camera_model.hpp"
+#include "watersky/flight/trajectory.hpp"
+#include "watersky/geodesy/wgs84.hpp"
+
+namespace watersky {
+
+/// How an image is wanted.
+struct ImageRequest {
+  bool color = true;  ///< BGR when the file has colour; otherwise, and when false, one channel
+  /// Reduced by 1, 2, 4 or 8 while decoding, where the file format can; otherwise full size.
+  /// A reduced image covers the same field: its camera is `camera.scaled_to(cols, rows)`.
+  int reduction = 1;
+};
+
+/// Loads one frame's pixels, 8 or 16 bit, 1 or 3 channels, in the orientation in which they
+/// were stored (EXIF orientation is not applied: the lens and the mount speak of stored pixels).
+using ImageLoader = std::function<Result<cv::Mat>(const ImageRequest&)>;
+
+/// One image, not necessarily decoded.
+struct ImageFrame {
+  std::string name;  ///< as reports show it: "DJI_0018.JPG", "video.mp4#120"
+  std::optional<Time> captured_at;
+  std::optional<Time> received_at;
+  std::optional<std::uint64_t> counter;  ///< the camera's own frame count
+  ImageLoader load;
+  /// The body's pose as recorded with this very frame (EXIF, CAMERA_FEEDBACK); then no
+  /// interpolation is needed.
+  std::optional<StampedPose> own_pose;
+  /// The gimbal's rotation as recorded with this very frame, see Flight::gimbal_reference.
+  std::optional<Eigen::Quaterniond> own_gimbal;
+};
+
+/// A frame that could not be used, and why.
+struct LeftOut {
+  std::string file;
+  std::string reason;
+};
+
+/// How the camera sits: on the body or, when a gimbal's attitude is recorded, on the gimbal.
+struct Mount {
+  Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< platform_from_camera
+  Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< the camera's position in its axes
+  double sigma_rad = 0.0;  ///< one sigma of each angle; 0: not known
+  bool assumed = false;    ///< nobody gave it
+};
+
+/// Where the sea surface is. Never guessed: a flight without one cannot be mapped.
+struct SeaLevel {
+  /// The height of the sea above the ellipsoid at a place.
+  std::function<Result<double>(const Geodetic&)> height_ellipsoid_m;
+  std::string description;  ///< "40 m below take-off (143.2 m above the ellipsoid)"
+  double sigma_m = 0.0;     ///< 0: not known
+};
+
+/// A pose of the camera over the sea at one frame's time.
+struct CameraPose {
+  Time time;
+  Rigid3<World, Camera> world_from_camera;
+  Geodetic camera;                       ///< the camera's position
+  Geodetic sea_below;                    ///< the point of the sea under it
+  Rigid3<Sea, Camera> sea_from_camera;   ///< in the tangent plane of the sea at sea_below
+  std::optional<PoseSigma> sigma;
+};
+
+struct Flight {
+  Flight(std::string flight_name, const Datum& world_datum, CameraModel model)
+      : name(std::move(flight_name)), datum(world_datum), camera(std::move(model)) {}
+
+  std::string name;
+  Datum datum;
+  CameraModel camera;  ///< one camera a flight
+  CalibrationSource calibration;
+  Mount mount;
+  std::optional<GimbalReference> gimbal_reference;  ///< set when gimbal attitude is recorded
+  RotationTrack gimbal;
+  std::vector<ImageFrame> frames;
+  Trajectory trajectory;
+  std::optional<SeaLevel> sea_level;
+  double readout_s = 0.0;          ///< rolling shutter, first row to last
+  std::optional<double> delay_s;   ///< received minus captured, where captured is not known
+  std::vector<LeftOut> left_out;   ///< frames already left out by the reader
+  std::vector<std::string> notes;  ///< what was assumed or noticed, one sentence each
+
+  /// When a frame was captured: its own time, or its arrival less the delay. OutOfRange when
+  /// neither is known: time is never guessed.
+  [[nodiscard]] Result<Time> capture_time(const ImageFrame& frame) const;
+
+  /// Where the camera was at a frame, and the sea under it. Fails, with the reason to report,
+  /// when no poses bracket the frame within `max_gap`, or there is no sea level.
+  [[nodiscard]] Result<CameraPose> camera_pose(const ImageFrame& frame, Duration max_gap) const;
+};
+
+}  // namespace watersky

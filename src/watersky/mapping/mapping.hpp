@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The main job: a flight in, a map of its ice and an account of every frame out.
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "watersky/base/progress.hpp"
+#include "watersky/flight/flight.hpp"
+#include "watersky/geodesy/projection.hpp"
+#include "watersky/map/ice_map.hpp"
+#include "watersky/map/mosaic.hpp"
+#include "watersky/vision/segmenter.hpp"
+
+namespace watersky {
+
+/// How the Map frame lies in a projection: cell (0, 0)'s north-west corner is at the anchor,
+/// columns run east, rows south.
+struct MapReference {
+  Projection projection;
+  double anchor_easting_m = 0.0;   ///< whole multiples of the cell
+  double anchor_northing_m = 0.0;
+  double cell_m = 0.5;
+
+  /// Easting and northing of a continuous grid position (cell centres at whole numbers).
+  [[nodiscard]] Eigen::Vector2d easting_northing_m(double column, double row) const;
+  /// The inverse of easting_northing_m.
+  [[nodiscard]] Eigen::Vector2d grid(const Eigen::Vector2d& easting_northing_m) const;
+  /// GDAL's geotransform for a raster of `box`.
+  [[nodiscard]] std::array<double, 6> geotransform(const CellBox& box) const;
+  /// (c, r, 1) to (north, east, 1) in the tangent plane of the sea at `on_sea`, with the
+  /// projection's convergence and scale there.
+  [[nodiscard]] Result<Eigen::Matrix3d> sea_from_grid(const Geodetic& on_sea) const;
+};
+
+struct MappingParameters {
+  MapParameters map;
+  double p_ice_if_ice = 0.7;    ///< P1 of (2.31)
+  double p_ice_if_water = 0.4;  ///< P2 of (2.31)
+  int close_px = 0;
+  double sigma_m = 0.0;
+  double min_grazing_deg = 10.0;
+  double max_pose_gap_s = 0.5;
+  bool mosaic = true;
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    MapParameters::describe(self.map, visit);
+    visit(self.p_ice_if_ice, ParameterInfo{"p_ice_if_ice", "1", "P1 of (2.31): P(ice) of a pixel classed ice", 0.5, 0.9999});
+    visit(self.p_ice_if_water, ParameterInfo{"p_ice_if_water", "1", "P2 of (2.31): P(ice) of a pixel classed water", 0.0001, 0.5});
+    visit(self.close_px, ParameterInfo{"close_px", "px", "morphological closing of the ice mask, edge of its kernel; 0 for none", 0, 99});
+    visit(self.sigma_m, ParameterInfo{"sigma_m", "m", "Gaussian softening on the sea for where the pose may be wrong", 0, 1000});
+    visit(self.min_grazing_deg, ParameterInfo{"min_grazing_deg", "deg", "sea seen at a flatter angle is not used", 1, 89});
+    visit(self.max_pose_gap_s, ParameterInfo{"max_pose_gap_s", "s", "longest gap between poses that is interpolated", 0, 3600});
+    visit(self.mosaic, ParameterInfo{"mosaic", "1", "lay the pictures themselves onto the sea as well"});
+  }
+};
+
+struct MappingOptions {
+  MappingParameters parameters;
+  IcePolarity ice = IcePolarity::Auto;
+  std::optional<std::string> projection;  ///< nullopt: chosen from the flight
+  int threads = 1;
+};
+
+/// One frame that went into the map.
+struct UsedFrame {
+  std::string file;
+  CameraPose pose;
+  std::vector<Eigen::Vector2d> footprint_easting_northing_m;  ///< closed, last point not repeated
+  double gsd_m = 0.0;
+  double height_above_sea_m = 0.0;
+  double ice_fraction = 0.0;  ///< of the pixels that were known, before the map
+  bool cut_by_grazing_limit = false;
+};
+
+/// What came of a flight.
+struct MapRun {
+  std::string flight_name;
+  MapReference reference;
+  IceMap map;
+  Mosaic mosaic;
+  std::vector<UsedFrame> used;
+  std::vector<LeftOut> left_out;
+  std::size_t frames_total = 0;
+  std::vector<std::string> notes;  ///< what was assumed, chosen or noticed, one sentence each
+  MappingOptions options;
+  IcePolarity ice = IcePolarity::Brighter;  ///< given, or found
+  std::string calibration;   ///< where the intrinsics come from
+  std::string sea_level;     ///< how the sea level was given
+  Datum datum;
+  double wall_s = 0.0;
+};
+
+/// Maps a flight. A frame that cannot be used is left out with its reason; OutOfRange when that
+/// leaves none, with the commonest reason in the message. Fails with NotFound when the flight
+/// has no sea level.
+[[nodiscard]] Result<MapRun> map_flight(const Flight& flight, const MappingOptions& options,
+                                        const Progress& progress = {});
+
+}  // namespace watersky

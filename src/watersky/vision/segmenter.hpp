@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// From pixels to P(ice): the interface that every segmentation method keeps.
+#include <opencv2/core/mat.hpp>
+
+#include "watersky/base/result.hpp"
+
+namespace watersky {
+
+/// Whether ice is brighter or darker than water in the images at hand. Thermal images show
+/// either, by season and hour; Auto finds out from the flight.
+enum class IcePolarity { Auto, Brighter, Darker };
+
+/// Turns images of one flight into probabilities.
+///
+/// A flight is shown first to observe() (all of it, or a sample), so that a method may learn
+/// what ice and water look like in it; then segment() is called for each frame. segment() is
+/// const and may be called from several threads at once; each image's result depends on it and
+/// on what was observed, not on the order of calls.
+class Segmenter {
+ public:
+  virtual ~Segmenter() = default;
+
+  /// `image`: 8 or 16 bit, 1 or 3 (BGR) channels. `valid`: CV_8U of the same size, 0 where the
+  /// image shows nothing; may be empty: all valid.
+  virtual void observe(const cv::Mat& image, const cv::Mat& valid) = 0;
+
+  /// P(ice) per pixel: CV_32F of the image's size in [0, 1], NaN where the method does not know
+  /// (that pixel adds no evidence) and where `valid` is 0. Unsupported for an image type that
+  /// the method does not take.
+  [[nodiscard]] virtual Result<cv::Mat> segment(const cv::Mat& image, const cv::Mat& valid) const = 0;
+
+ protected:
+  Segmenter() = default;
+  Segmenter(const Segmenter&) = default;
+  Segmenter& operator=(const Segmenter&) = default;
+};
+
+}  // namespace watersky
