@@ -206,9 +206,17 @@ std::optional<Vector<Camera>> CameraModel::direction(const Pixel& pixel) const {
 }
 
 CameraModel CameraModel::scaled_to(int width_px, int height_px) const {
+  return scaled(static_cast<double>(width_px) / width_px_, static_cast<double>(height_px) / height_px_,
+                width_px, height_px);
+}
+
+CameraModel CameraModel::reduced_by(int n) const {
+  WATERSKY_REQUIRE(n > 0);
+  return scaled(1.0 / n, 1.0 / n, (width_px_ + n - 1) / n, (height_px_ + n - 1) / n);
+}
+
+CameraModel CameraModel::scaled(double su, double sv, int width_px, int height_px) const {
   CameraModel scaled = *this;
-  const double su = static_cast<double>(width_px) / width_px_;
-  const double sv = static_cast<double>(height_px) / height_px_;
   scaled.width_px_ = width_px;
   scaled.height_px_ = height_px;
   scaled.camera_matrix_(0, 0) *= su;

@@ -61,6 +61,10 @@ class CameraModel {
   /// The same lens on an image of another size; keeps pixel centres: u0' = (u0 + ½)s - ½.
   [[nodiscard]] CameraModel scaled_to(int width_px, int height_px) const;
 
+  /// The same lens on an image reduced by a whole number, each pixel the mean of n x n, as JPEG
+  /// decoders do it: sizes are rounded up, so the last column and row may be partly empty.
+  [[nodiscard]] CameraModel reduced_by(int n) const;
+
   /// The same camera without distortion (an undistorted image's model).
   [[nodiscard]] CameraModel without_distortion() const;
 
@@ -70,7 +74,7 @@ class CameraModel {
 
  private:
   CameraModel() = default;
-  friend class Undistorter;
+  [[nodiscard]] CameraModel scaled(double su, double sv, int width_px, int height_px) const;
 
   LensModel lens_ = LensModel::Pinhole;
   int width_px_ = 0;

@@ -18,10 +18,10 @@ CellBox CellBox::united(const CellBox& other) const {
   return box;
 }
 
-GridView GridView::scaled_to(int width_px, int height_px) const {
+GridView GridView::with(const CameraModel& scaled) const {
   GridView view = *this;
-  view.camera = camera.scaled_to(width_px, height_px);
-  view.pixels_per_cell *= view.camera.focal_px() / camera.focal_px();
+  view.camera = scaled;
+  view.pixels_per_cell *= scaled.focal_px() / camera.focal_px();
   return view;
 }
 

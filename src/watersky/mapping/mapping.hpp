@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// The main job: a flight in, a map of its ice and an account of every frame out.
-#include <nlohmann/json_fwd.hpp>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
