@@ -11,7 +11,7 @@
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/map/ice_map.hpp"
 #include "watersky/map/mosaic.hpp"
-#include "watersky/vision/segmenter.hpp"
+#include "watersky/vision/otsu.hpp"
 
 namespace watersky {
 
@@ -36,9 +36,7 @@ struct MapReference {
 
 struct MappingParameters {
   MapParameters map;
-  double p_ice_if_ice = 0.7;    ///< P1 of (2.31)
-  double p_ice_if_water = 0.4;  ///< P2 of (2.31)
-  int close_px = 0;
+  OtsuParameters otsu;
   double sigma_m = 0.0;
   double min_grazing_deg = 10.0;
   double max_pose_gap_s = 0.5;
@@ -46,9 +44,7 @@ struct MappingParameters {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     MapParameters::describe(self.map, visit);
-    visit(self.p_ice_if_ice, ParameterInfo{"p_ice_if_ice", "1", "P1 of (2.31): P(ice) of a pixel classed ice", 0.5, 0.9999});
-    visit(self.p_ice_if_water, ParameterInfo{"p_ice_if_water", "1", "P2 of (2.31): P(ice) of a pixel classed water", 0.0001, 0.5});
-    visit(self.close_px, ParameterInfo{"close_px", "px", "morphological closing of the ice mask, edge of its kernel; 0 for none", 0, 99});
+    OtsuParameters::describe(self.otsu, visit);
     visit(self.sigma_m, ParameterInfo{"sigma_m", "m", "Gaussian softening on the sea for where the pose may be wrong", 0, 1000});
     visit(self.min_grazing_deg, ParameterInfo{"min_grazing_deg", "deg", "sea seen at a flatter angle is not used", 1, 89});
     visit(self.max_pose_gap_s, ParameterInfo{"max_pose_gap_s", "s", "longest gap between poses that is interpolated", 0, 3600});
