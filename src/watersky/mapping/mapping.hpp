@@ -63,7 +63,7 @@ struct MappingOptions {
 struct UsedFrame {
   std::string file;
   CameraPose pose;
-  std::vector<Eigen::Vector2d> footprint_easting_northing_m;  ///< closed, last point not repeated
+  std::vector<Eigen::Vector2d> footprint_easting_northing_m{};  ///< closed, last point not repeated
   double gsd_m = 0.0;
   double height_above_sea_m = 0.0;
   double ice_fraction = 0.0;  ///< of the pixels that were known, before the map
@@ -75,11 +75,11 @@ struct MapRun {
   std::string flight_name;
   MapReference reference;
   IceMap map;
-  Mosaic mosaic;
-  std::vector<UsedFrame> used;
-  std::vector<LeftOut> left_out;
+  Mosaic mosaic{};
+  std::vector<UsedFrame> used{};
+  std::vector<LeftOut> left_out{};
   std::size_t frames_total = 0;
-  std::vector<std::string> notes;  ///< what was assumed, chosen or noticed, one sentence each
+  std::vector<std::string> notes{};  ///< what was assumed, chosen or noticed, one sentence each
   MappingOptions options;
   IcePolarity ice = IcePolarity::Brighter;  ///< given, or found
   std::string calibration;   ///< where the intrinsics come from
