@@ -19,6 +19,7 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/watersky)
 install(EXPORT watersky NAMESPACE watersky:: FILE watersky-targets.cmake
         DESTINATION ${package_dir})
+string(REPLACE ";" " " watersky_opencv "${WATERSKY_OPENCV_COMPONENTS}")
 configure_package_config_file(cmake/watersky-config.cmake.in
   ${PROJECT_BINARY_DIR}/watersky-config.cmake INSTALL_DESTINATION ${package_dir})
 # Before 1.0 a minor version may change the interface.

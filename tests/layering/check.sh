@@ -148,7 +148,7 @@ done
 check_file() {
   local module=$1 file=$2 kind=source line number include other package
   case $file in
-    *_test.cpp) kind='test' ;;
+    *_test.cpp | */test_*) kind='test' ;;
     */detail/*) kind=source ;;
     *.hpp) kind=header ;;
   esac
