@@ -6,6 +6,7 @@ find_package(OpenCV 4.5 REQUIRED COMPONENTS ${WATERSKY_OPENCV_COMPONENTS})
 find_package(GDAL 3.6 REQUIRED)
 find_package(PROJ 9 REQUIRED CONFIG)
 find_package(yaml-cpp 0.7 REQUIRED)
+find_package(Boost 1.74 REQUIRED)  # headers
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)

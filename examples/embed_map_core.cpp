@@ -50,7 +50,7 @@ class IceMappingTask {
   /// getProbMap: CV_32F, the prior where nobody has looked.
   cv::Mat probability_map() const {
     cv::Mat p = map_.probability({0, 0, area_.width_cells, area_.height_cells});
-    p.setTo(area_.prior, p != p);
+    cv::patchNaNs(p, area_.prior);
     return p;
   }
   /// drawFeaturesOnMap

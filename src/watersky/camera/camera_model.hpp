@@ -50,7 +50,7 @@ class CameraModel {
     return project(Vector<Camera>{p.v});
   }
   /// The unit direction that a pixel sees; nullopt beyond the lens's valid radius. Undoes
-  /// project() to 1e-9 rad.
+  /// project() to 1e-9 rad up to 0.98 of that radius; at the radius itself the slope is 0.
   [[nodiscard]] std::optional<Vector<Camera>> direction(const Pixel& pixel) const;
 
   /// Whether a pixel position lies on the image, half a pixel around the outer centres included.
@@ -69,7 +69,8 @@ class CameraModel {
   [[nodiscard]] CameraModel without_distortion() const;
 
   /// Largest undistorted radius (tan of the angle off axis; the angle itself for Fisheye) at
-  /// which the distortion still grows; infinite when it always does.
+  /// which the distortion still grows: at most 20 for a pinhole that distorts, π for a fisheye.
+  /// Infinite for a pinhole without distortion.
   [[nodiscard]] double max_radius() const { return max_radius_; }
 
  private:

@@ -8,9 +8,8 @@
 #include <deque>
 #include <future>
 #include <map>
+#include <numbers>
 #include <opencv2/imgproc.hpp>
-
-#include "watersky/vision/otsu.hpp"
 
 namespace watersky {
 
@@ -103,8 +102,11 @@ cv::Mat to_evidence(const cv::Mat& p_ice, double prior, double& ice_fraction) {
 /// Gaussian softening that keeps unknown pixels unknown and takes nothing from them.
 void soften(cv::Mat& evidence, double sigma_px) {
   if (!(sigma_px > 0.05)) return;
-  const cv::Mat unknown = evidence != evidence;
-  if (cv::countNonZero(unknown) > 0) evidence.setTo(0.0, unknown);
+  // cv::compare says NaN == NaN of a matrix with itself, so the mask is made by hand.
+  cv::Mat unknown(evidence.size(), CV_8U);
+  std::transform(evidence.begin<float>(), evidence.end<float>(), unknown.begin<uchar>(),
+                 [](float l) { return std::isnan(l) ? uchar{255} : uchar{0}; });
+  evidence.setTo(0.0, unknown);
   cv::GaussianBlur(evidence, evidence, {}, sigma_px);
   evidence.setTo(std::numeric_limits<float>::quiet_NaN(), unknown);
 }
@@ -139,10 +141,7 @@ class FlightMapper {
       : flight_(flight),
         options_(options),
         progress_(progress),
-        segmenter_({.p_ice_if_ice = options.parameters.p_ice_if_ice,
-                    .p_ice_if_water = options.parameters.p_ice_if_water,
-                    .close_px = options.parameters.close_px},
-                   options.ice) {}
+        segmenter_(options.parameters.otsu, options.ice) {}
 
   Result<MapRun> run();
 
