@@ -11,8 +11,10 @@ if(TARGET watersky_cli)
 endif()
 foreach(target ${modules})
   string(REPLACE watersky_ "" module ${target})
-  install(DIRECTORY src/watersky/${module} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/watersky
-          FILES_MATCHING PATTERN "*.hpp" PATTERN detail EXCLUDE)
+  if(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/src/watersky/${module})
+    install(DIRECTORY src/watersky/${module} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/watersky
+            FILES_MATCHING PATTERN "*.hpp" PATTERN detail EXCLUDE)
+  endif()
 endforeach()
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 

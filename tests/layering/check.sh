@@ -88,23 +88,44 @@ package_of_target() {
 }
 
 # --- Target links ------------------------------------------------------------------------
-# links_public[m], links_all[m], links_test[m]: modules that m's CMakeLists.txt links.
-declare -A links_public links_all links_test has_target
+# A folder is a module; its CMakeLists.txt may split off another one, whose files are then those
+# it lists (and the headers of the same name).
+# links_public[m], links_all[m], links_test[m]: modules that m links; owner[folder/stem]: whose
+# file it is where that is not the folder's own module.
+declare -A links_public links_all links_test has_target owner
 for module in "${order[@]}"; do
   links_public[$module]=" $module " links_all[$module]=" $module " links_test[$module]=" "
-  lists=src/watersky/$module/CMakeLists.txt
-  [[ -f $lists ]] || continue
-  has_target[$module]=1
-  section=
-  read -r -d '' -a words < <(sed 's/#.*//; s/)/ ) /g; s/(/ ( /g' "$lists") || true
+done
+
+check_lists() {
+  local folder=$1 lists=src/watersky/$1/CMakeLists.txt module=$1 section='' word other words
+  read -r -d '' -a words < <(sed 's/#.*//; s/\$<BUILD_INTERFACE:\([^>]*\)>/\1/g; s/)/ ) /g; s/(/ ( /g' \
+    "$lists") || true
   for word in "${words[@]}"; do
     case $word in
-      ')') section=; continue ;;
       '(') continue ;;
+      ')') section='' module=$folder; continue ;;
+      watersky_module) section=NAME; continue ;;
       SOURCES | LINKS | PRIVATE_LINKS | TESTS | TEST_LINKS) section=$word; continue ;;
       target_link_libraries) section=LINKS; continue ;;
     esac
-    case $section in LINKS | PRIVATE_LINKS | TEST_LINKS) ;; *) continue ;; esac
+    case $section in
+      NAME)
+        module=$word
+        if [[ -z ${below[$module]:-} ]]; then
+          fault "$lists: a module $module that is not in $table"
+          return
+        fi
+        has_target[$module]=1
+        continue
+        ;;
+      SOURCES | TESTS)
+        owner[$folder/${word%.cpp}]=$module
+        continue
+        ;;
+      LINKS | PRIVATE_LINKS | TEST_LINKS) ;;
+      *) continue ;;
+    esac
     case $word in
       PUBLIC | PRIVATE | INTERFACE | "watersky_$module") continue ;;
       watersky::* | watersky_*)
@@ -116,7 +137,7 @@ for module in "${order[@]}"; do
         elif [[ ${below[$module]} != *" $other "* ]]; then
           fault "$lists: links $word, but $module may not include $other"
         else
-          # What it links is above in the order, so its own sets are complete.
+          # What it links stands above it in the table, so its own sets are complete.
           links_all[$module]+="${links_public[$other]}"
           [[ $section != LINKS ]] || links_public[$module]+="${links_public[$other]}"
         fi
@@ -137,7 +158,13 @@ for module in "${order[@]}"; do
         ;;
     esac
   done
+}
+for module in "${order[@]}"; do
+  [[ ! -f src/watersky/$module/CMakeLists.txt ]] || check_lists "$module"
 done
+
+# Sets `whose` to the module of a file or include, given as folder/path without its ending.
+module_of() { whose=${owner[$1]:-${1%%/*}}; }
 
 # --- Includes ----------------------------------------------------------------------------
 for folder in src/watersky/*/; do
@@ -146,7 +173,7 @@ for folder in src/watersky/*/; do
 done
 
 check_file() {
-  local module=$1 file=$2 kind=source line number include other package
+  local module=$1 file=$2 folder=$3 kind=source line number include other package whose
   case $file in
     *_test.cpp | */test_*) kind='test' ;;
     */detail/*) kind=source ;;
@@ -159,10 +186,10 @@ check_file() {
       continue
     fi
     if [[ $include == watersky/* ]]; then
-      other=${include#watersky/}
-      other=${other%%/*}
+      module_of "$(sed 's/^watersky\///; s/\.[a-z]*$//' <<< "$include")"
+      other=$whose
       if [[ $include == */detail/* ]]; then
-        if [[ $other != "$module" ]]; then
+        if [[ $include != "watersky/$folder/"* ]]; then
           fault "$file:$number: $include is private to $other"
         elif [[ $kind == header ]]; then
           fault "$file:$number: a public header needs $include, which is not installed"
@@ -182,6 +209,7 @@ check_file() {
       continue
     fi
     if [[ ${BASH_REMATCH[2]} == '"' ]]; then
+      if [[ $kind == test && $include == support/* ]]; then continue; fi  # tests/support
       fault "$file:$number: write \"watersky/…/$include\" in full"
       continue
     fi
@@ -203,10 +231,11 @@ check_file() {
 
 checked=0
 while IFS= read -r -d '' file; do
-  module=${file#src/watersky/}
-  module=${module%%/*}
-  [[ -n ${below[$module]:-} ]] || continue
-  check_file "$module" "$file"
+  folder=${file#src/watersky/}
+  module_of "${folder%.*}"
+  folder=${folder%%/*}
+  [[ -n ${below[$whose]:-} ]] || continue
+  check_file "$whose" "$file" "$folder"
   checked=$((checked + 1))
 done < <(find src/watersky -mindepth 2 \( -name '*.hpp' -o -name '*.cpp' \) -print0 | sort -z)
 [[ $checked -gt 0 ]] || fault "src/watersky holds no source"

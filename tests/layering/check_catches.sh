@@ -68,7 +68,7 @@ add mid/mid.hpp '#include <proj.h>'
 catches 'a private package in a header' 'mid keeps PROJ to its sources'
 add top/top.cpp '#include <gdal.h>'
 catches 'a private package is not inherited' 'top may not use GDAL'
-add low/low.cpp '#include <boost/asio.hpp>'
+add low/low.cpp '#include <unheard/of.hpp>'
 catches 'a package nobody listed' "is nobody's in packages.txt"
 add mid/mid.cpp '#include "low.hpp"'
 catches 'a bare include' 'in full'
@@ -87,6 +87,23 @@ sed -i 1d src/watersky/mid/mid.hpp
 catches 'a header without its licence' 'begins without'
 echo 'foreach(module mid low top)' > CMakeLists.txt
 catches 'modules out of order' "the table's order is"
+split() {  # mid's folder holds a second module, which alone may use OpenCV
+  # shellcheck disable=SC2016  # the table's own backquotes
+  sed -i 's/^| `top`/| `aside` | lies in mid | low | | OpenCV |\n| `top`/' docs/architecture.md
+  echo 'watersky_module(aside SOURCES aside.cpp LINKS watersky::low PRIVATE_LINKS opencv_core)' >> src/watersky/mid/CMakeLists.txt
+  printf '// SPDX-License-Identifier: MIT\n#pragma once\n' > src/watersky/mid/aside.hpp
+  printf '#include "watersky/mid/aside.hpp"\n#include <opencv2/core.hpp>\n' > src/watersky/mid/aside.cpp
+}
+split
+"$checker" "$work/r" > /dev/null || { echo "a folder of two modules is refused"; "$checker" "$work/r"; exit 1; }
+add mid/mid.hpp '#include "watersky/mid/aside.hpp"'
+catches 'an include of the other module in one folder' 'mid may not include aside'
+split
+add mid/mid.cpp '#include <opencv2/core.hpp>'
+catches "the other module's package" 'mid may not use OpenCV'
+split
+add top/top.cpp '#include "watersky/mid/aside.hpp"'
+catches 'an include of a module split off' 'top may not include aside'
 mkdir src/watersky/odd
 catches 'a module outside the table' 'a module that is not in'
 sed -i 's/| mid | OpenCV/| mid, high | OpenCV/' docs/architecture.md
