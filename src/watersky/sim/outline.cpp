@@ -152,7 +152,7 @@ Outline random_outline(Random& random, double diameter_m, const OutlineShape& sh
 
   // A stretch along a random axis is linear: it keeps the order around the middle.
   const double axis = random.uniform(0.0, kTurn);
-  const double stretch = std::exp(shape.elongation * random.normal());
+  const double stretch = std::exp(std::clamp(shape.elongation * random.normal(), -0.4, 0.4));
   Eigen::Matrix2d turn;
   turn << std::cos(axis), -std::sin(axis), std::sin(axis), std::cos(axis);
   const Eigen::Matrix2d linear =

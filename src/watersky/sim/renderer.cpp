@@ -2,6 +2,7 @@
 #include "watersky/sim/renderer.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
@@ -17,6 +18,7 @@ namespace {
 constexpr int kTextureCells = 1024;
 constexpr double kFineCell_m = 0.12;
 constexpr double kCoarseCell_m = 0.97;  ///< no small multiple of the other: no visible period
+constexpr int kPeriods = 1000;  ///< to 120 km from the anchor, more than a ray reaches
 constexpr double kFarthest_m = 30000.0;  ///< beyond it a ray counts as sky
 
 /// Water and ice in a visible image, blue, green, red, relative to the level and to the contrast.
@@ -73,6 +75,15 @@ Renderer::Renderer(const Sea& sea, const LensParameters& lens, const SensorParam
                               : Ray{nan, nan, nan});
     }
 
+  if (std::any_of(directions_.begin(), directions_.end(), [](const Ray& d) { return std::isnan(d.z); })) {
+    dark_.create(height, width, CV_8U);
+    const auto stride = static_cast<std::size_t>(width + 2);
+    for (int v = 0; v < height; ++v)
+      for (int u = 0; u < width; ++u)
+        dark_.at<unsigned char>(v, u) =
+            std::isnan(directions_[static_cast<std::size_t>(v + 1) * stride + static_cast<std::size_t>(u + 1)].z) ? 255 : 0;
+  }
+
   Random random(seed, Stream::Appearance);
   double weighted = 0.0, area = 0.0;
   for (const IceObject& object : sea.objects()) {
@@ -102,20 +113,22 @@ Renderer::Renderer(const Sea& sea, const LensParameters& lens, const SensorParam
 }
 
 float Renderer::texture(double north, double east, unsigned offset) const {
-  const auto sample = [&](double cell_m, unsigned shift) {
-    const double x = east / cell_m, y = north / cell_m;
-    const double fx = std::floor(x), fy = std::floor(y);
-    const auto ax = static_cast<float>(x - fx), ay = static_cast<float>(y - fy);
+  const auto sample = [&](double cells_per_m, unsigned shift) {
+    // Whole periods are added so that truncation rounds down.
+    const double x = east * cells_per_m + kPeriods * kTextureCells;
+    const double y = north * cells_per_m + kPeriods * kTextureCells;
+    const int column = static_cast<int>(x), row = static_cast<int>(y);
+    const auto ax = static_cast<float>(x - column), ay = static_cast<float>(y - row);
     constexpr unsigned kMask = kTextureCells - 1;
-    const unsigned c = static_cast<unsigned>(static_cast<int>(fx)) + shift;
-    const unsigned r = static_cast<unsigned>(static_cast<int>(fy)) + 3 * shift;
+    const unsigned c = static_cast<unsigned>(column) + shift;
+    const unsigned r = static_cast<unsigned>(row) + 3 * shift;
     const float* top = texture_.ptr<float>(static_cast<int>(r & kMask));
     const float* bottom = texture_.ptr<float>(static_cast<int>((r + 1) & kMask));
     const unsigned c0 = c & kMask, c1 = (c + 1) & kMask;
     return (1 - ay) * ((1 - ax) * top[c0] + ax * top[c1]) +
            ay * ((1 - ax) * bottom[c0] + ax * bottom[c1]);
   };
-  return 0.70711F * (sample(kFineCell_m, offset) + sample(kCoarseCell_m, offset + 397));
+  return 0.70711F * (sample(1.0 / kFineCell_m, offset) + sample(1.0 / kCoarseCell_m, offset + 397));
 }
 
 void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight, cv::Mat& rays) const {
@@ -136,59 +149,65 @@ void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
   const auto sky = static_cast<float>(sensor_.fog_per_m > 0.0 ? sensor_.fog_brightness
                                                               : sensor_.sky_brightness);
 
-  struct Hit {
-    double north, east, range_m;
-  };
-  // The distance along a unit ray to the paraboloid, from the plane's by one correction; what is
-  // left is the correction times the slope of the sea: micrometres over a scene of kilometres.
-  const auto meet = [&](const Eigen::Vector3d& d, Hit& hit) {
-    if (!(d.z() > 1e-5)) return false;
-    double range = -o.z() / d.z();
-    const double n = o.x() + range * d.x(), e = o.y() + range * d.y();
-    range += (n * n * half_curvature_north_ + e * e * half_curvature_east_) / d.z();
-    hit = {o.x() + range * d.x(), o.y() + range * d.y(), range};
-    return range > 0.0 && range < kFarthest_m;
-  };
+  std::array<double, 8> offset{};
+  for (int i = 0; i < s; ++i) offset[static_cast<std::size_t>(i)] = (i + 0.5) / s - 0.5;
+  constexpr float kNotYet = std::numeric_limits<float>::max();
 
   for (int u = 0; u < width; ++u) {
-    const Eigen::Vector3d centre =
-        r * Eigen::Vector3d(here[u].x, here[u].y, here[u].z);
+    const Eigen::Vector3d d = r * Eigen::Vector3d(here[u].x, here[u].y, here[u].z);
+    // The distance along the unit ray to the paraboloid, from the plane's by one correction; what
+    // is left is the correction times the slope of the sea: micrometres over a scene.
+    const double per_down = 1.0 / d.z();
+    double range = -o.z() * per_down;
+    const double n = o.x() + range * d.x(), e = o.y() + range * d.y();
+    range += (n * n * half_curvature_north_ + e * e * half_curvature_east_) * per_down;
+    if (!(d.z() > 1e-5 && range > 0.0 && range < kFarthest_m)) {
+      for (int j = 0; j < s; ++j) {
+        float* out = rays.ptr<float>(v * s + j) + static_cast<std::ptrdiff_t>(u) * s;
+        for (int i = 0; i < s; ++i) out[i] += weight * sky;
+      }
+      continue;
+    }
+    const double middle_north = o.x() + range * d.x(), middle_east = o.y() + range * d.y();
+    // The place on the sea changes by range (δ - d δz/dz) for a change δ of the direction.
     const Eigen::Vector3d right = r * Eigen::Vector3d(0.5 * (here[u + 1].x - here[u - 1].x),
                                                       0.5 * (here[u + 1].y - here[u - 1].y),
                                                       0.5 * (here[u + 1].z - here[u - 1].z));
     const Eigen::Vector3d down = r * Eigen::Vector3d(0.5 * (below[u].x - above[u].x),
                                                      0.5 * (below[u].y - above[u].y),
                                                      0.5 * (below[u].z - above[u].z));
-    Hit middle{};
-    const bool sees_sea = meet(centre, middle);
-    float ice_here = 0.0F, water_here = 0.0F, clear = 1.0F;
-    if (sees_sea) {
-      if (!picture) {
-        // Texture varies little within a pixel: once for all its rays.
-        ice_here = ice_texture * texture(middle.north - drift_north, middle.east - drift_east, 0);
-        water_here = water_texture * texture(middle.north, middle.east, 611);
-      }
-      if (sensor_.fog_per_m > 0.0)
-        clear = static_cast<float>(std::exp(-sensor_.fog_per_m * middle.range_m));
-    }
+    const double right_tilt = right.z() * per_down, down_tilt = down.z() * per_down;
+    const double right_north = range * (right.x() - d.x() * right_tilt);
+    const double right_east = range * (right.y() - d.y() * right_tilt);
+    const double down_north = range * (down.x() - d.x() * down_tilt);
+    const double down_east = range * (down.y() - d.y() * down_tilt);
+
+    float clear = 1.0F;
+    if (sensor_.fog_per_m > 0.0) clear = static_cast<float>(std::exp(-sensor_.fog_per_m * range));
+    // Texture varies little within a pixel: once for all its rays, and only where it shows.
+    float ice_here = kNotYet, water_here = kNotYet;
     for (int j = 0; j < s; ++j) {
       float* out = rays.ptr<float>(v * s + j) + static_cast<std::ptrdiff_t>(u) * s;
-      const Eigen::Vector3d start = centre + ((j + 0.5) / s - 0.5) * down;
+      const double b = offset[static_cast<std::size_t>(j)];
+      const double row_north = middle_north + b * down_north - drift_north;
+      const double row_east = middle_east + b * down_east - drift_east;
       for (int i = 0; i < s; ++i) {
-        Hit hit{};
-        if (!meet(start + ((i + 0.5) / s - 0.5) * right, hit)) {
-          out[i] += weight * sky;
-          continue;
-        }
-        const double north = hit.north - drift_north, east = hit.east - drift_east;
-        float seen = water_here;
+        const double a = offset[static_cast<std::size_t>(i)];
+        const double north = row_north + a * right_north, east = row_east + a * right_east;
+        float seen = 0.0F;
         if (picture) {
-          seen = std::abs(north) <= half_north && std::abs(east) <= half_east
-                     ? sea_.picture_at(north, east)
-                     : 0.0F;
+          if (std::abs(north) <= half_north && std::abs(east) <= half_east)
+            seen = sea_.picture_at(north, east);
         } else {
           const int object = index ? index->object_at(north, east) : sea_.object_at(north, east);
-          if (object >= 0) seen = ice_level_[static_cast<std::size_t>(object)] + ice_here;
+          if (object >= 0) {
+            if (ice_here == kNotYet) ice_here = ice_texture * texture(north, east, 0);
+            seen = ice_level_[static_cast<std::size_t>(object)] + ice_here;
+          } else {
+            if (water_here == kNotYet)
+              water_here = water_texture * texture(middle_north, middle_east, 611);
+            seen = water_here;
+          }
         }
         out[i] += weight * (clear * seen + (1.0F - clear) * fog);
       }
@@ -244,11 +263,7 @@ cv::Mat Renderer::image(const ScenePoseAt& pose, double t_s, std::uint64_t frame
   }
   cv::Mat image;
   cv::merge(planes, image);
-  const auto stride = static_cast<std::size_t>(lens_.width_px + 2);
-  for (int v = 0; v < image.rows; ++v)
-    for (int u = 0; u < image.cols; ++u)
-      if (std::isnan(directions_[static_cast<std::size_t>(v + 1) * stride + static_cast<std::size_t>(u + 1)].z))
-        cv::rectangle(image, {u, v, 1, 1}, cv::Scalar::all(0), cv::FILLED);
+  if (!dark_.empty()) image.setTo(cv::Scalar::all(0), dark_);
   return image;
 }
 

@@ -107,6 +107,7 @@ class Renderer {
   std::vector<float> ice_level_;  ///< of each object, 1 on average over the ice's area
   cv::Mat texture_;               ///< CV_32F, periodic, zero mean, unit variance
   cv::Mat gain_, pattern_;        ///< CV_32F
+  cv::Mat dark_;                  ///< CV_8U, 255 where no light falls; empty when it falls everywhere
 };
 
 }  // namespace watersky::sim

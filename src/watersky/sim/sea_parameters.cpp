@@ -92,7 +92,7 @@ class Room {
     cv::dilate(body, body, cv::Mat::ones(3, 3, CV_8U));
     cv::dilate(body, grown, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin - 1, 2 * margin - 1}));
 
-    const std::optional<cv::Point> middle = find(random, body, nearest);
+    const std::optional<cv::Point> middle = find(random, body, corners, nearest);
     if (!middle) return std::nullopt;
     const cv::Rect all(middle->x - body.cols / 2, middle->y - body.rows / 2, body.cols, body.rows);
     const cv::Rect inside = all & cv::Rect(0, 0, taken_.cols, taken_.rows);
@@ -104,8 +104,15 @@ class Room {
   }
 
  private:
-  [[nodiscard]] bool fits(const cv::Mat& body, const cv::Point& middle) const {
+  [[nodiscard]] bool fits(const cv::Mat& body, const std::vector<cv::Point>& corners,
+                          const cv::Point& middle) const {
     const int top = middle.y - body.rows / 2, left = middle.x - body.cols / 2;
+    // Where it does not fit, a corner commonly shows it at once.
+    for (const cv::Point& corner : corners) {
+      const int x = left + corner.x, y = top + corner.y;
+      if (x < 0 || y < 0 || x >= taken_.cols || y >= taken_.rows || taken_.at<unsigned char>(y, x))
+        return false;
+    }
     for (int r = 0; r < body.rows; ++r) {
       const int y = top + r;
       const unsigned char* mine = body.ptr(r);
@@ -122,13 +129,14 @@ class Room {
 
   /// Tries the middles that are far enough from all ice; they are listed anew when the list has
   /// become stale.
-  std::optional<cv::Point> find(Random& random, const cv::Mat& body, double nearest_m) {
-    for (const int tries : {80, 3000}) {
-      if (tries == 3000 || !fresh_ || nearest_m < 0.7 * listed_for_m_) list(nearest_m);
+  std::optional<cv::Point> find(Random& random, const cv::Mat& body,
+                                const std::vector<cv::Point>& corners, double nearest_m) {
+    for (const int tries : {3000, 6000}) {
+      if (tries == 6000 || !fresh_ || nearest_m < 0.7 * listed_for_m_) list(nearest_m);
       if (middles_.empty()) return std::nullopt;
       for (int i = 0; i < tries; ++i) {
         const cv::Point& middle = middles_[random.index(middles_.size())];
-        if (fits(body, middle)) return middle;
+        if (fits(body, corners, middle)) return middle;
       }
     }
     return std::nullopt;
@@ -201,7 +209,7 @@ Result<Sea> make_sea(const SeaParameters& p) {
   double ice_m2 = 0.0;
   // Ice that does not fit is drawn again in another shape before it is given up.
   const auto add = [&](double diameter_m, const OutlineShape& shape, double gap_m, bool alone) {
-    for (int shapes = 0; shapes < 4; ++shapes) {
+    for (int shapes = 0; shapes < 3; ++shapes) {
       if (auto placed = room.place(random, random_outline(random, diameter_m, shape), gap_m)) {
         ice_m2 += 0.25 * std::numbers::pi * diameter_m * diameter_m;
         outlines.push_back(std::move(*placed));

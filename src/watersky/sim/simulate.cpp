@@ -289,6 +289,7 @@ Result<Scenario> scenario_preset(std::string_view name) {
     s.sensor.contrast_counts = 150.0;
     s.sensor.noise_counts = 3.0;
     s.sensor.vignetting = 0.25;
+    s.sensor.water_texture = 0.025;
     s.sensor.readout_s = 0.02;
     s.sensor.exposure_s = 0.001;
     return s;
