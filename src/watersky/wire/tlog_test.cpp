@@ -97,7 +97,7 @@ TEST(Tlog, ACorruptedFrameLosesOnlyItself) {
   Bytes log = log_of(10);
   const std::size_t before = log_of(3).size();
   const std::size_t size = log_of(4).size() - before;
-  log[before + 15] ^= 0x40;
+  log[before + 20] ^= 0x40;
   const Read read = read_all(log);
   EXPECT_EQ(read.times.size(), 9u);
   EXPECT_EQ(read.skipped, size);
