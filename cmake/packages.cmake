@@ -11,6 +11,7 @@ find_package(nlohmann_json 3.11 REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)
 pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib)
+pkg_check_modules(libexif REQUIRED IMPORTED_TARGET libexif)
 find_package(CLI11 2 REQUIRED)
 find_package(spdlog 1.10 REQUIRED)
 

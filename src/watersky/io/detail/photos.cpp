@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/io/detail/photos.hpp"
+
+#include <cmath>
+
+#include "watersky/camera/calibration_file.hpp"
+#include "watersky/io/csv.hpp"
+#include "watersky/io/detail/files.hpp"
+#include "watersky/io/image_file.hpp"
+
+namespace watersky {
+
+Result<YawPitchRoll> parse_mount_option(std::string_view text) {
+  double angle[3];
+  std::string_view rest = text;
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t comma = rest.find(',');
+    const auto x = parse_number(rest.substr(0, comma));
+    const bool last = comma == std::string_view::npos;
+    if (!x || std::abs(*x) > 360 || last != (i == 2))
+      return Error{ErrorCode::Usage, "--mount \"" + std::string(text.substr(0, 60)) +
+                                         "\" is not ROLL,PITCH,YAW in degrees, e.g. 0,-90,0"};
+    angle[i] = *x;
+    if (!last) rest.remove_prefix(comma + 1);
+  }
+  return YawPitchRoll{Angle::degrees(angle[2]), Angle::degrees(angle[1]), Angle::degrees(angle[0])};
+}
+
+}  // namespace watersky
+
+namespace watersky::detail {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string described(const PhotoFile& photo) {
+  const PhotoMetadata& m = photo.metadata;
+  std::string text = photo.path.filename().string() + " (";
+  if (!m.camera_name().empty()) text += m.camera_name() + ", ";
+  text += std::to_string(m.width_px) + "x" + std::to_string(m.height_px);
+  if (m.focal_length_mm) text += ", " + format_number(*m.focal_length_mm) + " mm";
+  return text + ")";
+}
+
+bool same_camera(const PhotoMetadata& a, const PhotoMetadata& b) {
+  const auto focal = [](const PhotoMetadata& m) { return m.focal_length_mm.value_or(0.0); };
+  return a.width_px == b.width_px && a.height_px == b.height_px && a.make == b.make &&
+         a.model == b.model && std::abs(focal(a) - focal(b)) <= 0.01 * focal(a);
+}
+
+}  // namespace
+
+std::string counted(std::size_t n, const std::string& noun) {
+  return std::to_string(n) + " " + noun + (n == 1 ? "" : "s");
+}
+
+Result<PhotoSet> read_photo_set(const fs::path& folder, const Progress& progress) {
+  WATERSKY_TRY(std::vector<fs::path> files, list_images(folder));
+  std::error_code ignored;
+  if (files.empty() && fs::is_directory(folder / "images", ignored)) {
+    WATERSKY_TRY(files, list_images(folder / "images"));
+  }
+  if (files.empty())
+    return Error{ErrorCode::NotFound,
+                 folder.string() + ": holds no photographs (.jpg, .png, .tif), nor does its folder images"};
+  PhotoSet set;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    report(progress, "reading photographs", i, files.size());
+    auto metadata = read_photo_metadata(files[i]);
+    if (!metadata) {
+      set.left_out.push_back({files[i].filename().string(), metadata.error().message});
+      continue;
+    }
+    PhotoFile photo{files[i], std::move(*metadata)};
+    if (!set.photos.empty() && !same_camera(set.photos.front().metadata, photo.metadata))
+      return Error{ErrorCode::InvalidInput,
+                   folder.string() + ": two cameras are mixed, " + described(set.photos.front()) + " and " +
+                       described(photo) + "; put each camera's photographs into a folder of its own"};
+    set.photos.push_back(std::move(photo));
+  }
+  report(progress, "reading photographs", files.size(), files.size());
+  if (set.photos.empty())
+    return Error{ErrorCode::InvalidInput,
+                 folder.string() + ": none of its " + counted(files.size(), "photograph") +
+                     " can be read; the first: " + set.left_out.front().reason};
+  return set;
+}
+
+Result<CameraModel> fitted_to(const CameraModel& camera, int width_px, int height_px,
+                              const std::string& calibration, const std::string& image,
+                              std::vector<std::string>& notes) {
+  const auto size = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
+  if (camera.width_px() == width_px && camera.height_px() == height_px) return camera;
+  // One pixel of rounding is what a scaled image may be off its calibration's shape.
+  const double scale = static_cast<double>(width_px) / camera.width_px();
+  if (std::abs(scale * camera.height_px() - height_px) > 1.0)
+    return Error{ErrorCode::InvalidInput,
+                 calibration + " is for images of " + size(camera.width_px(), camera.height_px()) + ", but " +
+                     image + " has " + size(width_px, height_px) +
+                     "; give the calibration of this camera in this mode (--camera)"};
+  notes.push_back("the calibration for " + size(camera.width_px(), camera.height_px()) +
+                  " was scaled to the images' " + size(width_px, height_px));
+  return camera.scaled_to(width_px, height_px);
+}
+
+Result<Intrinsics> choose_intrinsics(const fs::path& folder, const PhotoFile& photo,
+                                     const ReadOptions& options, std::vector<std::string>& notes) {
+  if (options.camera_file && options.focal_px)
+    return Error{ErrorCode::Usage, "--camera and --focal-px exclude each other; give one"};
+  const int w = photo.metadata.width_px, h = photo.metadata.height_px;
+  if (options.focal_px) return intrinsics_from_focal_px(*options.focal_px, w, h);
+  std::optional<fs::path> file = options.camera_file;
+  std::error_code ignored;
+  for (const char* name : {"camera.yaml", "camera.yml", "camera.xml"})
+    if (!file && fs::exists(folder / name, ignored)) file = folder / name;
+  if (!file) return intrinsics_from(photo.metadata);
+  WATERSKY_TRY(const CameraModel camera, read_calibration(*file));
+  WATERSKY_TRY(CameraModel fitted,
+               fitted_to(camera, w, h, file->string(), photo.path.filename().string(), notes));
+  return Intrinsics{std::move(fitted), {file->filename().string(), 0.0}};
+}
+
+}  // namespace watersky::detail

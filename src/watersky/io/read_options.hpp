@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What a person may say about a recording that it does not say itself.
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "watersky/geo/rotation.hpp"
+#include "watersky/io/sea_level.hpp"
+
+namespace watersky {
+
+struct ReadOptions {
+  std::optional<std::filesystem::path> camera_file;  ///< an OpenCV calibration
+  std::optional<double> focal_px;
+  std::optional<YawPitchRoll> mount;                 ///< of the camera in the body (or on the gimbal)
+  std::optional<std::filesystem::path> log;          ///< an autopilot's log for photographs
+  std::optional<SeaLevelOption> sea_level;
+  std::optional<double> delay_s;                     ///< received minus captured
+  /// Photographs without attitude are taken as looking straight down, with a stated sigma.
+  bool assume_nadir = false;
+  /// Where the UTC of an image stands in its name: Y M D h m s and c for fractions of a second,
+  /// as many as there are digits; other characters stand for themselves.
+  std::optional<std::string> name_pattern;
+  /// What the camera's clock shows more than UTC, where the photographs do not say.
+  std::optional<double> camera_utc_offset_h;
+};
+
+/// "ROLL,PITCH,YAW" in degrees; Usage otherwise.
+[[nodiscard]] Result<YawPitchRoll> parse_mount_option(std::string_view text);
+
+}  // namespace watersky
