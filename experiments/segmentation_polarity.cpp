@@ -126,9 +126,9 @@ int main(int argc, char** argv) {
     if (mask.size() != picture.image.size()) continue;
     const cv::Mat ice = mask == 1;
     // Ice against the sea; ponds are on the ice and brighter than both when thermal.
-    const auto truth =
-        cv::mean(picture.image, ice)[0] > cv::mean(picture.image, mask == 2)[0]
-            ? IcePolarity::Brighter : IcePolarity::Darker;
+    const auto truth = cv::mean(picture.image, ice)[0] > cv::mean(picture.image, mask == 2)[0]
+                           ? IcePolarity::Brighter
+                           : IcePolarity::Darker;
     thermal_truth[picture.file.filename()] = truth;
     cv::Mat smooth;
     cv::blur(picture.image, smooth, cv::Size(5, 5));
@@ -145,12 +145,10 @@ int main(int argc, char** argv) {
            [&](const Picture& p) { return thermal_truth[p.file.filename()]; });
   polarity("hotrax_pack_ice", read_folder(data / "hotrax_pack_ice/images", cv::IMREAD_GRAYSCALE),
            brighter);
-  // The last dozen tiles show a shore and no ice.
+  // With tiles of shore, kelp and seals but no ice among them: a real flight has such frames.
   auto glacier = read_folder(data / "glacier_bay/tiles", cv::IMREAD_COLOR);
   polarity("glacier_bay", glacier, brighter);
-  for (auto& picture : glacier) {
-    cv::cvtColor(picture.image, picture.image, cv::COLOR_BGR2GRAY);
-  }
+  for (auto& picture : glacier) cv::cvtColor(picture.image, picture.image, cv::COLOR_BGR2GRAY);
   polarity("glacier_bay_gray", glacier, brighter);
   return 0;
 }

@@ -21,6 +21,7 @@ constexpr double kContrastFactor = 2.0;
 /// contrast from the middle.
 constexpr double kRarest = 0.02;
 constexpr double kMostOffMiddle = 0.25;
+constexpr std::size_t kManyShapes = 32;
 /// Mean difference between the highest and the lowest channel, of full scale, that is colour.
 constexpr double kColourful = 0.015;
 
@@ -99,8 +100,8 @@ double flight_threshold(const FlightClasses& flight, const detail::CoarseView& v
   }
   const double f = std::clamp(bright_fraction, kRarest, 1.0 - kRarest);
   const double most = kMostOffMiddle * contrast;
-  return threshold + std::clamp(flight.sigma * flight.sigma / contrast * std::log((1.0 - f) / f),
-                                -most, most);
+  return threshold +
+         std::clamp(flight.sigma * flight.sigma / contrast * std::log((1.0 - f) / f), -most, most);
 }
 
 }  // namespace
@@ -140,8 +141,7 @@ OtsuThreshold otsu_threshold(std::span<const std::uint32_t> histogram) {
 
 Result<OtsuThreshold> otsu_threshold(const cv::Mat& gray, const cv::Mat& valid) {
   WATERSKY_CHECK(check_image(gray, valid));
-  if (gray.channels() != 1)
-    return Error{ErrorCode::Unsupported, "image has 3 channels; give one"};
+  if (gray.channels() != 1) return Error{ErrorCode::Unsupported, "image has 3 channels; give one"};
   std::vector<std::uint32_t> bins(gray.depth() == CV_8U ? 256 : kBins);
   if (gray.depth() == CV_8U)
     count_levels<unsigned char>(gray, valid, bins);
@@ -152,7 +152,9 @@ Result<OtsuThreshold> otsu_threshold(const cv::Mat& gray, const cv::Mat& valid) 
   return otsu_threshold(bins);
 }
 
-Status OtsuSegmenter::check(const OtsuParameters& parameters) { return validate(parameters); }
+Status OtsuSegmenter::check(const OtsuParameters& parameters) {
+  return validate(parameters);
+}
 
 OtsuSegmenter::OtsuSegmenter(const OtsuParameters& parameters, IcePolarity ice)
     : parameters_(parameters), ice_(ice) {
@@ -169,24 +171,39 @@ void OtsuSegmenter::observe(const cv::Mat& image, const cv::Mat& valid) {
   ++classes_.frames;
   colour_frames_ += colourful(image);
 
+  // Noise reaches beyond the coarse levels, but not as far as dead and hot pixels do.
+  const double reach = 3.0 * (view.high - view.low);
+  cv::Mat clipped;
+  cv::max(gray, view.low - reach, clipped);
+  cv::min(clipped, view.high + reach, clipped);
   cv::Scalar mean, deviation;
-  cv::meanStdDev(gray, mean, deviation, valid.empty() ? cv::noArray() : cv::InputArray(valid));
+  cv::meanStdDev(clipped, mean, deviation, valid.empty() ? cv::noArray() : cv::InputArray(valid));
   const double variance = deviation[0] * deviation[0];
   pixel_variance_sum_ += variance;
   const double f = view.bright_fraction, contrast = view.bright - view.dark;
   if (view.two_classes && std::min(f, 1.0 - f) >= kTeachingFraction) {
-    two_class_.push_back({view.dark, view.bright,
-                        std::sqrt(std::max(0.0, variance - f * (1.0 - f) * contrast * contrast))});
-    scores_.push_back(shape_evidence(view.level > view.threshold, view.valid).score);
+    two_class_.push_back(
+        {view.dark, view.bright,
+         std::sqrt(std::max(0.0, variance - f * (1.0 - f) * contrast * contrast))});
+    // Shapes take most of the time, and after many frames the next one adds little.
+    if (ice_ == IcePolarity::Auto && two_class_.size() % (1 + two_class_.size() / kManyShapes) == 0)
+      scores_.push_back(shape_evidence(view.level > view.threshold, view.valid).score);
   }
-  if (coarse_levels_.empty()) coarse_levels_.resize(kBins);
-  const float bins_per_level = depth_ == CV_8U ? 256.0F : 1.0F;
-  for (int y = 0; y < view.level.rows; ++y)
-    for (int x = 0; x < view.level.cols; ++x)
-      if (view.valid.empty() || view.valid.at<unsigned char>(y, x) != 0)
-        ++coarse_levels_[static_cast<std::size_t>(
-            std::clamp(view.level.at<float>(y, x) * bins_per_level, 0.0F, kBins - 1.0F))];
+  if (two_class_.empty()) pool(view);
   learn();
+}
+
+void OtsuSegmenter::pool(const detail::CoarseView& view) {
+  pooled_levels_.resize(kBins);
+  const float bins_per_level = depth_ == CV_8U ? 256.0F : 1.0F;
+  for (int y = 0; y < view.level.rows; ++y) {
+    const float* row = view.level.ptr<float>(y);
+    const unsigned char* shown = view.valid.empty() ? nullptr : view.valid.ptr(y);
+    for (int x = 0; x < view.level.cols; ++x)
+      if (!shown || shown[x])
+        ++pooled_levels_[static_cast<std::size_t>(
+            std::clamp(row[x] * bins_per_level, 0.0F, kBins - 1.0F))];
+  }
 }
 
 void OtsuSegmenter::learn() {
@@ -208,25 +225,24 @@ void OtsuSegmenter::learn() {
     return;
   }
   // No frame shows both: perhaps some are all water and some all ice.
-  const OtsuThreshold pooled = otsu_threshold(coarse_levels_);
+  const OtsuThreshold pooled = otsu_threshold(pooled_levels_);
   const double levels_per_bin = depth_ == CV_8U ? 1.0 / 256.0 : 1.0;
-  const auto first = std::find_if(coarse_levels_.begin(), coarse_levels_.end(),
+  const auto first = std::find_if(pooled_levels_.begin(), pooled_levels_.end(),
                                   [](auto count) { return count > 0; });
-  const auto last = std::find_if(coarse_levels_.rbegin(), coarse_levels_.rend(),
+  const auto last = std::find_if(pooled_levels_.rbegin(), pooled_levels_.rend(),
                                  [](auto count) { return count > 0; });
-  const long low = first - coarse_levels_.begin();
-  const long range = std::max(1L, (coarse_levels_.rend() - last) - low);
+  const long low = first - pooled_levels_.begin();
+  const long range = std::max(1L, (pooled_levels_.rend() - last) - low);
   double counts[256] = {};
   for (long i = 0; i < range; ++i)
-    counts[i * 256 / range] += coarse_levels_[static_cast<std::size_t>(low + i)];
+    counts[i * 256 / range] += pooled_levels_[static_cast<std::size_t>(low + i)];
   classes_.two_classes = detail::split_bins(counts).two_modes;
   classes_.dark = (pooled.dark_mean + 0.5) * levels_per_bin;
   classes_.bright = (pooled.bright_mean + 0.5) * levels_per_bin;
   // Within frames of one class the pixels' own variance is the noise.
-  classes_.sigma =
-      classes_.two_classes
-          ? std::sqrt(pixel_variance_sum_ / static_cast<double>(classes_.frames))
-          : 0.0;
+  classes_.sigma = classes_.two_classes
+                       ? std::sqrt(pixel_variance_sum_ / static_cast<double>(classes_.frames))
+                       : 0.0;
   classes_.drift_sigma = 0.0;
 }
 
@@ -241,7 +257,8 @@ Result<PolarityEstimate> OtsuSegmenter::polarity_of(const cv::Mat& image,
   if (ice_ != IcePolarity::Auto) return PolarityEstimate{ice_, 1.0, "given"};
   const auto view = detail::coarse_view(luminance(image), valid);
   std::vector<double> scores;
-  if (view.two_classes) scores.push_back(shape_evidence(view.level > view.threshold, view.valid).score);
+  if (view.two_classes)
+    scores.push_back(shape_evidence(view.level > view.threshold, view.valid).score);
   return estimate_polarity(scores, 1, colourful(image));
 }
 

@@ -16,6 +16,10 @@
 
 namespace watersky {
 
+namespace detail {
+struct CoarseView;
+}
+
 /// Otsu's split of gray levels: those above `level` are the bright class.
 struct OtsuThreshold {
   int level = 0;
@@ -39,9 +43,17 @@ struct OtsuParameters {
   int close_px = 0;
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
-    visit(self.p_ice_if_ice, ParameterInfo{"p_ice_if_ice", "1", "P1 of (2.31): P(ice) of a pixel classed ice", 0.5, 0.9999});
-    visit(self.p_ice_if_water, ParameterInfo{"p_ice_if_water", "1", "P2 of (2.31): P(ice) of a pixel classed water", 0.0001, 0.5});
-    visit(self.close_px, ParameterInfo{"close_px", "px", "morphological closing of the ice mask, edge of its kernel, made odd; 0 for none", 0, 99});
+    visit(self.p_ice_if_ice,
+          ParameterInfo{"p_ice_if_ice", "1", "P1 of (2.31): P(ice) of a pixel classed ice", 0.5,
+                        0.9999});
+    visit(self.p_ice_if_water,
+          ParameterInfo{"p_ice_if_water", "1", "P2 of (2.31): P(ice) of a pixel classed water",
+                        0.0001, 0.5});
+    visit(self.close_px,
+          ParameterInfo{
+              "close_px", "px",
+              "morphological closing of the ice mask, edge of its kernel, made odd; 0 for none", 0,
+              99});
   }
 };
 
@@ -62,7 +74,8 @@ struct FlightClasses {
 /// Without observe(), or given an image of which it was shown nothing alike (8 or 16 bit), plain
 /// Otsu for each image. After observe():
 /// - a frame that shows two classes whose contrast and place agree with the flight's is split
-///   between its own. Places may drift with the camera's gain, up to the drift seen or half the contrast;
+///   between its own. Places may drift with the camera's gain, up to the drift seen or half the
+///   contrast;
 /// - any other frame is taken to show mostly one class, the nearer one, and split where the
 ///   flight would, moved by the frame's drift from that class;
 /// - the split lies where the smaller class's pixels are as likely as the noise of the larger
@@ -84,13 +97,15 @@ class OtsuSegmenter final : public Segmenter {
   /// The polarity in use after observe(): the given one, or the flight's.
   [[nodiscard]] PolarityEstimate polarity() const;
   /// The polarity that segment() would use for this image without a flight.
-  [[nodiscard]] Result<PolarityEstimate> polarity_of(const cv::Mat& image, const cv::Mat& valid) const;
+  [[nodiscard]] Result<PolarityEstimate> polarity_of(const cv::Mat& image,
+                                                     const cv::Mat& valid) const;
   [[nodiscard]] const FlightClasses& classes() const { return classes_; }
 
  private:
   struct TwoClassFrame {
     double dark, bright, sigma;
   };
+  void pool(const detail::CoarseView& view);
   void learn();
 
   OtsuParameters parameters_;
@@ -98,8 +113,8 @@ class OtsuSegmenter final : public Segmenter {
   int depth_ = -1;  ///< of the observed images; -1: none
   std::size_t colour_frames_ = 0;
   std::vector<TwoClassFrame> two_class_;
-  std::vector<double> scores_;           ///< ShapeEvidence of those frames
-  std::vector<std::uint32_t> coarse_levels_;  ///< pooled histogram, 65536 bins
+  std::vector<double> scores_;                ///< ShapeEvidence of those frames, thinned when many
+  std::vector<std::uint32_t> pooled_levels_;  ///< of all frames, until one shows two classes
   double pixel_variance_sum_ = 0.0;
   FlightClasses classes_;
 };

@@ -9,7 +9,8 @@
 namespace watersky {
 namespace {
 
-/// Between floes (0.65 to 0.95 as seen) and leads, gaps and ponds (0.35 to 0.64).
+/// Between floes (0.63 to 0.95 in real images of ours) and leads, gaps and ponds (0.35 to 0.62);
+/// the one number here that was chosen by looking at data.
 constexpr double kSolidityOfFloes = 0.66;
 /// One frame's score that counts as odds of e to 1, and the most that one frame may say.
 constexpr double kScorePerLogOdds = 0.03;
@@ -122,9 +123,9 @@ PolarityEstimate estimate_polarity(const std::vector<double>& scores, std::size_
   estimate.confidence = 1.0 / (1.0 + std::exp(-std::abs(log_odds)));
   char text[200];
   std::snprintf(text, sizeof text,
-                "%zu of %zu frames show two classes; the bright one is shaped like floes in %zu, "
-                "the dark one in %zu%s",
-                scores.size(), frames, bright_votes, scores.size() - bright_votes,
+                "of %zu frames %zu with two classes were looked at; the bright one is shaped like "
+                "floes in %zu, the dark one in %zu%s",
+                frames, scores.size(), bright_votes, scores.size() - bright_votes,
                 in_colour ? "; the images are in visible light, where ice is brighter" : "");
   estimate.evidence = text;
   return estimate;

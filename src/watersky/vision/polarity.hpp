@@ -39,7 +39,7 @@ struct ShapeEvidence {
 /// smaller than 1/4000 of the image do not count: their shape is that of pixels.
 [[nodiscard]] ShapeEvidence shape_evidence(const cv::Mat& bright, const cv::Mat& valid);
 
-/// The verdict over the frames of a flight. `scores`: ShapeEvidence::score of the frames that
+/// The verdict over a flight of `frames` frames. `scores`: ShapeEvidence::score of frames that
 /// show two classes. `in_colour`: the images have colour, so they were taken in visible light,
 /// in which ice is brighter than water nearly always.
 [[nodiscard]] PolarityEstimate estimate_polarity(const std::vector<double>& scores,

@@ -10,9 +10,10 @@ struct CoarseView {
   cv::Mat level;  ///< CV_32F, gray levels of the frame
   cv::Mat valid;  ///< CV_8U; empty: all valid
   double median = 0.0;
-  double threshold = 0.0;  ///< Otsu's, of the coarse levels
-  double dark = 0.0;       ///< mean level at or below the threshold
-  double bright = 0.0;     ///< mean level above it
+  double low = 0.0, high = 0.0;  ///< all but 0.05 % lies above, below
+  double threshold = 0.0;        ///< Otsu's, of the coarse levels
+  double dark = 0.0;             ///< mean level at or below the threshold
+  double bright = 0.0;           ///< mean level above it
   double bright_fraction = 0.0;
   /// The classes lie further apart than the halves of one would, hold together as areas, and
   /// have edges between them: neither noise nor shading cut in half.
