@@ -247,7 +247,6 @@ void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedF
 
 Result<MapRun> FlightMapper::run() {
   const auto started = std::chrono::steady_clock::now();
-  WATERSKY_CHECK(validate(options_.parameters));
   if (!flight_.sea_level)
     return Error{ErrorCode::NotFound, "the height of the sea is not known; give it with --sea-level"};
 
@@ -294,7 +293,14 @@ Result<MapRun> FlightMapper::run() {
 
   const PolarityEstimate polarity = segmenter_.polarity();
   run.ice = polarity.polarity;
-  if (options_.ice == IcePolarity::Auto) run.notes.push_back(polarity.evidence);
+  if (!segmenter_.classes().two_classes) {
+    run.notes.emplace_back(
+        "No frame shows ice and water apart: the map's split may be shading or noise. Look at the mosaic before you trust it.");
+  } else if (options_.ice == IcePolarity::Auto) {
+    run.notes.push_back(std::string("Ice was taken as the ") +
+                        (run.ice == IcePolarity::Brighter ? "brighter" : "darker") + " class: " + polarity.evidence +
+                        (polarity.confidence < kSureOfPolarity ? ". This is not sure; give --ice brighter or --ice darker." : "."));
+  }
   const auto cut = std::count_if(run.used.begin(), run.used.end(), [](const UsedFrame& u) { return u.cut_by_grazing_limit; });
   if (cut > 0) {
     char text[160];
@@ -310,6 +316,7 @@ Result<MapRun> FlightMapper::run() {
 }  // namespace
 
 Result<MapRun> map_flight(const Flight& flight, const MappingOptions& options, const Progress& progress) {
+  WATERSKY_CHECK(validate(options.parameters));
   return FlightMapper(flight, options, progress).run();
 }
 
