@@ -13,7 +13,7 @@ foreach(target ${modules})
   string(REPLACE watersky_ "" module ${target})
   if(IS_DIRECTORY ${PROJECT_SOURCE_DIR}/src/watersky/${module})
     install(DIRECTORY src/watersky/${module} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/watersky
-            FILES_MATCHING PATTERN "*.hpp" PATTERN detail EXCLUDE)
+            FILES_MATCHING PATTERN "*.hpp" PATTERN detail EXCLUDE PATTERN testing EXCLUDE)
   endif()
 endforeach()
 install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})

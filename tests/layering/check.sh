@@ -175,7 +175,7 @@ done
 check_file() {
   local module=$1 file=$2 folder=$3 kind=source line number include other package whose
   case $file in
-    *_test.cpp | */test_*) kind='test' ;;
+    *_test.cpp | */test_* | */testing/*) kind='test' ;;
     */detail/*) kind=source ;;
     *.hpp) kind=header ;;
   esac

@@ -22,7 +22,9 @@ namespace {
 
 constexpr std::size_t kMaxBytes = 1 << 20;
 
-Error bad(const std::string& message) { return {ErrorCode::InvalidInput, message}; }
+Error bad(const std::string& message) {
+  return {ErrorCode::InvalidInput, message};
+}
 
 /// Foreign text as a message can hold it: one line, not too long.
 std::string shown(std::string text) {
@@ -62,7 +64,8 @@ Result<Fields> read_yaml(const std::string& text) {
     if (node && node.IsScalar()) field.words.push_back(node.Scalar());
     if (node && node.IsSequence()) {
       field.list = true;
-      for (const auto& item : node) field.words.push_back(item.IsScalar() ? item.Scalar() : "a list");
+      for (const auto& item : node)
+        field.words.push_back(item.IsScalar() ? item.Scalar() : "a list");
     }
     WATERSKY_CHECK(add(fields, entry.first.Scalar(), std::move(field)));
   }
@@ -73,7 +76,8 @@ Result<Fields> read_yaml(const std::string& text) {
 bool nested_deeper_than(int limit, const std::string& xml) {
   int depth = 0;
   for (std::size_t i = 0; i + 1 < xml.size(); ++i) {
-    if (xml[i] == '<' && xml[i + 1] != '?' && xml[i + 1] != '!') depth += xml[i + 1] == '/' ? -1 : 1;
+    if (xml[i] == '<' && xml[i + 1] != '?' && xml[i + 1] != '!')
+      depth += xml[i + 1] == '/' ? -1 : 1;
     if (xml[i] == '/' && xml[i + 1] == '>') --depth;
     if (depth > limit) return true;
   }
@@ -121,7 +125,8 @@ Result<std::vector<double>> numbers(const Field& field, const std::string& name)
   std::vector<double> out;
   for (const std::string& word : field.words) {
     const auto number = parse<double>(word);
-    if (!number) return bad("field " + name + " holds \"" + shown(word) + "\", which is not a number");
+    if (!number)
+      return bad("field " + name + " holds \"" + shown(word) + "\", which is not a number");
     out.push_back(*number);
   }
   return out;
@@ -131,7 +136,8 @@ Result<int> whole_number(const Fields& fields, std::initializer_list<const char*
   const std::string name = *names.begin();
   const Field* field = first_of(fields, names);
   if (!field) return bad("field " + name + " is missing");
-  const auto number = field->list || field->words.size() != 1 ? std::nullopt : parse<int>(field->words[0]);
+  const auto number =
+      field->list || field->words.size() != 1 ? std::nullopt : parse<int>(field->words[0]);
   if (!number) return bad("field " + name + " is not a whole number");
   return *number;
 }
@@ -158,8 +164,8 @@ Result<CameraModel> camera_from(const Fields& fields) {
   WATERSKY_TRY(const int width, whole_number(fields, {"image_width", "image_Width"}));
   WATERSKY_TRY(const int height, whole_number(fields, {"image_height", "image_Height"}));
   std::vector<double> distortion;
-  if (const Field* field = first_of(fields, {"distortion_coefficients", "Distortion_Coefficients",
-                                             "distortion_coeffs"})) {
+  if (const Field* field = first_of(
+          fields, {"distortion_coefficients", "Distortion_Coefficients", "distortion_coeffs"})) {
     WATERSKY_TRY(distortion, numbers(*field, "distortion_coefficients"));
   }
   WATERSKY_TRY(const LensModel lens, lens_of(fields));
@@ -194,7 +200,8 @@ Result<CameraModel> parse_calibration(const std::string& text, const std::string
 
 Result<CameraModel> read_calibration(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
-  if (!file) return Error{ErrorCode::NotFound, path.string() + ": cannot be opened; is the path right?"};
+  if (!file)
+    return Error{ErrorCode::NotFound, path.string() + ": cannot be opened; is the path right?"};
   std::string text(kMaxBytes + 1, ' ');
   file.read(text.data(), static_cast<std::streamsize>(text.size()));
   text.resize(static_cast<std::size_t>(file.gcount()));
@@ -202,8 +209,8 @@ Result<CameraModel> read_calibration(const std::filesystem::path& path) {
 }
 
 std::string format_calibration(const CameraModel& camera) {
-  cv::FileStorage file(".yaml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY |
-                                    cv::FileStorage::FORMAT_YAML);
+  cv::FileStorage file(
+      ".yaml", cv::FileStorage::WRITE | cv::FileStorage::MEMORY | cv::FileStorage::FORMAT_YAML);
   const auto& a = camera.camera_matrix();
   file << "image_width" << camera.width_px() << "image_height" << camera.height_px();
   file << "camera_model" << (camera.lens() == LensModel::Fisheye ? "fisheye" : "pinhole");
@@ -211,7 +218,8 @@ std::string format_calibration(const CameraModel& camera) {
        << cv::Mat((cv::Mat_<double>(3, 3) << a(0, 0), a(0, 1), a(0, 2), a(1, 0), a(1, 1), a(1, 2),
                    a(2, 0), a(2, 1), a(2, 2)));
   cv::Mat k(1, static_cast<int>(camera.distortion().size()), CV_64F);
-  for (int i = 0; i < k.cols; ++i) k.at<double>(i) = camera.distortion()[static_cast<std::size_t>(i)];
+  for (int i = 0; i < k.cols; ++i)
+    k.at<double>(i) = camera.distortion()[static_cast<std::size_t>(i)];
   file << "distortion_coefficients" << k;
   return file.releaseAndGetString();
 }

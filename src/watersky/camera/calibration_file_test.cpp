@@ -29,7 +29,8 @@ void expect_is_the_camera(const Result<CameraModel>& camera, LensModel lens = Le
   EXPECT_EQ(camera->camera_matrix()(0, 2), 320.125);
   EXPECT_EQ(camera->camera_matrix()(1, 2), 241.0625);
   if (lens == LensModel::Pinhole)
-    EXPECT_EQ(camera->distortion(), (std::vector{-0.21, 0.043, 1.5e-3, -7e-4, 0.0125, 0.0, 0.0, 0.0}));
+    EXPECT_EQ(camera->distortion(),
+              (std::vector{-0.21, 0.043, 1.5e-3, -7e-4, 0.0125, 0.0, 0.0, 0.0}));
   else
     EXPECT_EQ(camera->distortion(), (std::vector{-0.02, 0.004, -1e-3, 1e-4}));
 }
@@ -56,10 +57,12 @@ TEST(CalibrationFile, ReadsWhatOpenCvWritesAsYamlAndXml) {
 TEST(CalibrationFile, ReadsTheOldSpellingOfOpenCvsCalibrationSample) {
   for (const std::string ending : {".yml", ".xml"}) {
     const std::string text = written_by_opencv(ending, [](cv::FileStorage& file) {
-      file << "calibration_Time" << "Thu Apr  2 10:11:12 2015" << "nrOfFrames" << 25
-           << "image_Width" << 640 << "image_Height" << 480 << "board_Width" << 9
-           << "flagValue" << 6 << "Camera_Matrix" << kMatrix << "Distortion_Coefficients" << kFive
-           << "Avg_Reprojection_Error" << 0.123 << "Image_points" << cv::Mat::zeros(25, 54, CV_32FC2);
+      file << "calibration_Time"
+           << "Thu Apr  2 10:11:12 2015"
+           << "nrOfFrames" << 25 << "image_Width" << 640 << "image_Height" << 480 << "board_Width"
+           << 9 << "flagValue" << 6 << "Camera_Matrix" << kMatrix << "Distortion_Coefficients"
+           << kFive << "Avg_Reprojection_Error" << 0.123 << "Image_points"
+           << cv::Mat::zeros(25, 54, CV_32FC2);
     });
     expect_is_the_camera(parse_calibration(text, "out_camera_data" + ending));
   }
@@ -116,11 +119,14 @@ TEST(CalibrationFile, AnXmlEndingMayBeInCapitals) {
 TEST(CalibrationFile, TellsFisheyeByAnyOfItsNames) {
   const cv::Mat four = (cv::Mat_<double>(4, 1) << -0.02, 0.004, -1e-3, 1e-4);
   for (const auto& [key, value] : {std::pair{"camera_model", "fisheye"},
-                                   {"distortion_model", "equidistant"}, {"fisheye_model", ""}}) {
+                                   {"distortion_model", "equidistant"},
+                                   {"fisheye_model", ""}}) {
     const std::string text = written_by_opencv(".yaml", [&](cv::FileStorage& file) {
       file << "image_width" << 640 << "image_height" << 480;
-      if (*value) file << key << value;
-      else file << key << 1;
+      if (*value)
+        file << key << value;
+      else
+        file << key << 1;
       file << "camera_matrix" << kMatrix << "distortion_coefficients" << four;
     });
     expect_is_the_camera(parse_calibration(text, "camera.yaml"), LensModel::Fisheye);
@@ -133,7 +139,8 @@ TEST(CalibrationFile, FormatsWhatItReadsBackExactly) {
   for (int i = 0; i < 200; ++i) {
     const bool round = i % 2 == 0;
     Eigen::Matrix3d a;
-    a << 700 + 300 * unit(rng), 0, 320 + unit(rng), 0, 700 + 300 * unit(rng), 240 + unit(rng), 0, 0, 1;
+    a << 700 + 300 * unit(rng), 0, 320 + unit(rng), 0, 700 + 300 * unit(rng), 240 + unit(rng), 0, 0,
+        1;
     std::vector<double> k(round ? 4 : 8);
     for (double& c : k) c = 0.3 * unit(rng) * std::pow(10, 4 * unit(rng) - 4);
     const auto camera =
@@ -162,7 +169,8 @@ std::string yaml(const std::string& width, const std::string& matrix, const std:
 }
 
 TEST(CalibrationFile, NamesTheFileAndTheFieldAtFault) {
-  const std::string good = "[ 500., 0., 320., 0., 500., 240., 0., 0., 1. ]", none = "[ 0., 0., 0., 0. ]";
+  const std::string good = "[ 500., 0., 320., 0., 500., 240., 0., 0., 1. ]",
+                    none = "[ 0., 0., 0., 0. ]";
   ASSERT_TRUE(succeeds(parse_calibration(yaml("640", good, none), "c.yaml")));
   const auto code = ErrorCode::InvalidInput;
   const auto fails = [&](const std::string& text, std::string_view field) {
@@ -176,7 +184,8 @@ TEST(CalibrationFile, NamesTheFileAndTheFieldAtFault) {
   EXPECT_TRUE(fails(std::string("image_width: 640\0", 17), "not a text file"));
   EXPECT_TRUE(fails(yaml("640", good, none).substr(0, 60), "c.yaml"));
   EXPECT_TRUE(fails("%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\n", "camera_matrix"));
-  EXPECT_TRUE(fails("%YAML:1.0\n---\nimage_width: 640\ncamera_matrix: " + good + "\n", "image_height"));
+  EXPECT_TRUE(
+      fails("%YAML:1.0\n---\nimage_width: 640\ncamera_matrix: " + good + "\n", "image_height"));
   EXPECT_TRUE(fails(yaml("wide", good, none), "image_width"));
   EXPECT_TRUE(fails(yaml("640.5", good, none), "image_width"));
   EXPECT_TRUE(fails(yaml("-640", good, none), "image_width"));
@@ -186,10 +195,14 @@ TEST(CalibrationFile, NamesTheFileAndTheFieldAtFault) {
   EXPECT_TRUE(fails(yaml("640", "[ 1., 2. ]", none), "camera_matrix"));
   EXPECT_TRUE(fails(yaml("640", "7", none), "camera_matrix"));
   EXPECT_TRUE(fails(yaml("640", "{ rows: 3 }", none), "camera_matrix"));
-  EXPECT_TRUE(fails(yaml("640", "[ 500., 0., 320., 0., five, 240., 0., 0., 1. ]", none), "camera_matrix"));
-  EXPECT_TRUE(fails(yaml("640", "[ .Nan, 0., 320., 0., 500., 240., 0., 0., 1. ]", none), "camera_matrix"));
-  EXPECT_TRUE(fails(yaml("640", "[ -500., 0., 320., 0., 500., 240., 0., 0., 1. ]", none), "camera_matrix"));
-  EXPECT_TRUE(fails(yaml("640", "[ 500., 3., 320., 0., 500., 240., 0., 0., 1. ]", none), "camera_matrix"));
+  EXPECT_TRUE(
+      fails(yaml("640", "[ 500., 0., 320., 0., five, 240., 0., 0., 1. ]", none), "camera_matrix"));
+  EXPECT_TRUE(
+      fails(yaml("640", "[ .Nan, 0., 320., 0., 500., 240., 0., 0., 1. ]", none), "camera_matrix"));
+  EXPECT_TRUE(
+      fails(yaml("640", "[ -500., 0., 320., 0., 500., 240., 0., 0., 1. ]", none), "camera_matrix"));
+  EXPECT_TRUE(
+      fails(yaml("640", "[ 500., 3., 320., 0., 500., 240., 0., 0., 1. ]", none), "camera_matrix"));
   EXPECT_TRUE(fails(yaml("640", good, "[ 0.1, 0.2 ]"), "distortion_coefficients"));
   EXPECT_TRUE(fails(yaml("640", good, "[ .Inf, 0., 0., 0. ]"), "distortion_coefficients"));
   EXPECT_TRUE(fails(yaml("640", good, "none"), "distortion_coefficients"));
@@ -201,10 +214,12 @@ TEST(CalibrationFile, NamesTheFileAndTheFieldAtFault) {
 }
 
 TEST(CalibrationFile, AMessageStaysOneShortLineWhateverTheFileHolds) {
-  for (const std::string& junk : {std::string("camera_matrix: \x01\x02\n\xff\xfe: {"), std::string(300, '{'),
-                                  "camera_model: \"" + std::string(5000, 'x') + "\\n\"\n"}) {
-    const auto camera = parse_calibration(yaml("640", "[ 500., 0., 320., 0., 500., 240., 0., 0., 1. ]",
-                                               "[ 0., 0., 0., 0. ]", junk), "c.yaml");
+  for (const std::string& junk :
+       {std::string("camera_matrix: \x01\x02\n\xff\xfe: {"), std::string(300, '{'),
+        "camera_model: \"" + std::string(5000, 'x') + "\\n\"\n"}) {
+    const auto camera = parse_calibration(
+        yaml("640", "[ 500., 0., 320., 0., 500., 240., 0., 0., 1. ]", "[ 0., 0., 0., 0. ]", junk),
+        "c.yaml");
     EXPECT_TRUE(fails_with(camera, ErrorCode::InvalidInput, {"c.yaml"}));
     ASSERT_FALSE(camera.ok());
     EXPECT_LT(camera.error().message.size(), 400u);
@@ -219,15 +234,21 @@ TEST(CalibrationFile, RefusesNestingThatWouldOverflowTheStack) {
     return out;
   };
   const auto code = ErrorCode::InvalidInput;
-  EXPECT_TRUE(fails_with(parse_calibration("a: " + std::string(500000, '['), "c.yaml"), code, {"c.yaml"}));
-  EXPECT_TRUE(fails_with(parse_calibration("a: " + repeat("{ b: ", 200000), "c.yaml"), code, {"c.yaml"}));
-  EXPECT_TRUE(fails_with(parse_calibration("{\"a\": " + std::string(500000, '['), "c.yaml"), code, {"c.yaml"}));
+  EXPECT_TRUE(
+      fails_with(parse_calibration("a: " + std::string(500000, '['), "c.yaml"), code, {"c.yaml"}));
+  EXPECT_TRUE(
+      fails_with(parse_calibration("a: " + repeat("{ b: ", 200000), "c.yaml"), code, {"c.yaml"}));
+  EXPECT_TRUE(fails_with(parse_calibration("{\"a\": " + std::string(500000, '['), "c.yaml"), code,
+                         {"c.yaml"}));
   std::string indented;
   for (int i = 0; i < 1300; ++i) indented += std::string(static_cast<std::size_t>(i), ' ') + "a:\n";
   EXPECT_TRUE(fails_with(parse_calibration(indented, "c.yaml"), code, {"c.yaml"}));
-  EXPECT_TRUE(fails_with(parse_calibration("<?xml version=\"1.0\"?>\n<opencv_storage>\n" + repeat("<a>", 300000), "c.xml"),
-                         code, {"c.xml"}));
-  EXPECT_TRUE(fails_with(parse_calibration("a: " + repeat("- ", 400000), "c.yaml"), code, {"c.yaml"}));
+  EXPECT_TRUE(fails_with(
+      parse_calibration("<?xml version=\"1.0\"?>\n<opencv_storage>\n" + repeat("<a>", 300000),
+                        "c.xml"),
+      code, {"c.xml"}));
+  EXPECT_TRUE(
+      fails_with(parse_calibration("a: " + repeat("- ", 400000), "c.yaml"), code, {"c.yaml"}));
 }
 
 // Every mutation is either read or refused in one line.
@@ -238,22 +259,33 @@ TEST(CalibrationFile, SurvivesDamage) {
   });
   const std::string text = format_calibration(parse_calibration(xml, "c.xml").value());
   std::mt19937 rng(1);
-  const auto below = [&](std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(rng); };
+  const auto below = [&](std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(rng);
+  };
   for (int i = 0; i < 6000; ++i) {
     const bool as_xml = i % 2 == 0;
     std::string damaged = as_xml ? xml : text;
     for (std::size_t n = below(4) + 1; n > 0; --n) {
       const std::size_t at = below(damaged.size());
       switch (below(4)) {
-        case 0: damaged[at] = static_cast<char>(below(255) + 1); break;
-        case 1: damaged.erase(at, below(20) + 1); break;
-        case 2: damaged.insert(at, damaged.substr(below(damaged.size()), 30)); break;
-        default: damaged.resize(std::max<std::size_t>(at, 1)); break;
+        case 0:
+          damaged[at] = static_cast<char>(below(255) + 1);
+          break;
+        case 1:
+          damaged.erase(at, below(20) + 1);
+          break;
+        case 2:
+          damaged.insert(at, damaged.substr(below(damaged.size()), 30));
+          break;
+        default:
+          damaged.resize(std::max<std::size_t>(at, 1));
+          break;
       }
     }
     const auto camera = parse_calibration(damaged, as_xml ? "c.xml" : "c.yaml");
     if (!camera) {
-      EXPECT_TRUE(fails_with(camera, ErrorCode::InvalidInput, {as_xml ? "c.xml" : "c.yaml"})) << damaged;
+      EXPECT_TRUE(fails_with(camera, ErrorCode::InvalidInput, {as_xml ? "c.xml" : "c.yaml"}))
+          << damaged;
     }
   }
 }
@@ -262,13 +294,17 @@ TEST(CalibrationFile, SaysWhenTheFileIsNotThere) {
   EXPECT_TRUE(fails_with(read_calibration("no/such/camera.yaml"), ErrorCode::NotFound,
                          {"no/such/camera.yaml"}));
   EXPECT_TRUE(fails_with(read_calibration(std::filesystem::temp_directory_path()),
-                         ErrorCode::InvalidInput, {std::filesystem::temp_directory_path().string()}));
+                         ErrorCode::InvalidInput,
+                         {std::filesystem::temp_directory_path().string()}));
 }
 
 TEST(CalibrationFile, ReadsAFileAndRefusesOneThatNeverEnds) {
   const auto path = std::filesystem::temp_directory_path() / "watersky_calibration_file_test.yaml";
-  const auto camera = parse_calibration(yaml("640", "[ 500., 0., 320., 0., 500., 240., 0., 0., 1. ]",
-                                             "[ 0., 0., 0., 0. ]"), "c.yaml").value();
+  const auto camera =
+      parse_calibration(
+          yaml("640", "[ 500., 0., 320., 0., 500., 240., 0., 0., 1. ]", "[ 0., 0., 0., 0. ]"),
+          "c.yaml")
+          .value();
   std::ofstream(path) << format_calibration(camera);
   EXPECT_TRUE(succeeds(read_calibration(path)));
   std::filesystem::remove(path);

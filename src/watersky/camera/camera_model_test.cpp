@@ -19,7 +19,9 @@ using test::fails_with;
 using test::succeeds;
 
 template <class T>
-concept CanBeProjected = requires(const CameraModel& camera, const T& p) { camera.project(p); };
+concept CanBeProjected = requires(const CameraModel& camera, const T& p) {
+  camera.project(p);
+};
 static_assert(CanBeProjected<Point<Camera>>);
 static_assert(CanBeProjected<Vector<Camera>>);
 static_assert(!CanBeProjected<Point<World>>);
@@ -52,8 +54,8 @@ Vector<Camera> off_axis(double radius, double azimuth) {
   return {{radius * std::cos(azimuth), radius * std::sin(azimuth), 1.0}};
 }
 Vector<Camera> at_angle(double theta, double azimuth) {
-  return {{std::sin(theta) * std::cos(azimuth), std::sin(theta) * std::sin(azimuth),
-           std::cos(theta)}};
+  return {
+      {std::sin(theta) * std::cos(azimuth), std::sin(theta) * std::sin(azimuth), std::cos(theta)}};
 }
 
 double angle_between(const Vector<Camera>& a, const Vector<Camera>& b) {
@@ -90,7 +92,8 @@ TEST_F(RandomLenses, PinholeAgreesWithOpenCv) {
     const auto camera = CameraModel::make(LensModel::Pinhole, 640, 480, a, k).value();
     std::vector<cv::Point3d> points;
     for (int i = 0; i < 30; ++i) {
-      const double r = uniform(0, 0.99 * std::min(1.5, camera.max_radius())), depth = uniform(0.1, 900);
+      const double r = uniform(0, 0.99 * std::min(1.5, camera.max_radius())),
+                   depth = uniform(0.1, 900);
       const Eigen::Vector3d p = depth * off_axis(r, uniform(-4, 4)).v;
       points.emplace_back(p.x(), p.y(), p.z());
     }
@@ -137,10 +140,12 @@ TEST_F(RandomLenses, DirectionUndoesProject) {
     const bool round = lens % 2 == 0;
     const auto camera =
         CameraModel::make(round ? LensModel::Fisheye : LensModel::Pinhole, 640, 480,
-                          random_matrix(), round ? random_fisheye() : random_pinhole(lens % 4 == 1 ? 5 : 8))
+                          random_matrix(),
+                          round ? random_fisheye() : random_pinhole(lens % 4 == 1 ? 5 : 8))
             .value();
     for (int i = 0; i < 50; ++i) {
-      const double r = uniform(0, 0.98 * std::min(round ? std::numbers::pi : 3.0, camera.max_radius()));
+      const double r =
+          uniform(0, 0.98 * std::min(round ? std::numbers::pi : 3.0, camera.max_radius()));
       const Vector<Camera> d = round ? at_angle(r, uniform(-4, 4)) : off_axis(r, uniform(-4, 4));
       const auto pixel = camera.project(d);
       ASSERT_TRUE(pixel);
@@ -158,7 +163,8 @@ TEST_F(RandomLenses, ProjectUndoesDirectionOnEveryPixelThatHasOne) {
     const bool round = lens % 3 == 0;
     const auto camera =
         CameraModel::make(round ? LensModel::Fisheye : LensModel::Pinhole, 640, 480,
-                          random_matrix(), round ? random_fisheye() : random_pinhole(lens % 3 == 1 ? 5 : 8))
+                          random_matrix(),
+                          round ? random_fisheye() : random_pinhole(lens % 3 == 1 ? 5 : 8))
             .value();
     for (double v = -0.5; v <= 479.5; v += 24)
       for (double u = -0.5; u <= 639.5; u += 32)
@@ -271,7 +277,8 @@ TEST(CameraModel, RefusesIntrinsicsThatCannotBe) {
   EXPECT_TRUE(fails_with(make(640, 480, matrix(0, 500, 320, 240), {}), code, {"camera_matrix"}));
   EXPECT_TRUE(fails_with(make(640, 480, matrix(500, -500, 320, 240), {}), code, {"camera_matrix"}));
   EXPECT_TRUE(fails_with(make(640, 480, matrix(500, 500, kNan, 240), {}), code, {"camera_matrix"}));
-  EXPECT_TRUE(fails_with(make(640, 480, matrix(kInfinity, 500, 320, 240), {}), code, {"camera_matrix"}));
+  EXPECT_TRUE(
+      fails_with(make(640, 480, matrix(kInfinity, 500, 320, 240), {}), code, {"camera_matrix"}));
   EXPECT_TRUE(fails_with(make(640, 480, skewed, {}), code, {"camera_matrix"}));
   EXPECT_TRUE(fails_with(make(640, 480, scaled, {}), code, {"camera_matrix"}));
   EXPECT_TRUE(fails_with(make(640, 480, a, {kNan, 0, 0, 0}), code, {"distortion_coefficients"}));
@@ -340,7 +347,8 @@ cv::Matx33d opencv(const Eigen::Matrix3d& a) {
 
 TEST(Undistorter, AgreesWithOpenCvWhereItIsValid) {
   for (const auto& k : {std::vector{-0.3, 0.1, 1e-3, -2e-3, 0.0},
-                        {0.2, -0.05, -1e-3, 1e-3, 0.01}, {0.1, 0.02, 0.0, 0.0, 0.0, 0.3, 0.1, 0.0}}) {
+                        {0.2, -0.05, -1e-3, 1e-3, 0.01},
+                        {0.1, 0.02, 0.0, 0.0, 0.0, 0.3, 0.1, 0.0}}) {
     const auto camera = pinhole(k);
     const Undistorter undistorter(camera);
     for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1}) {
@@ -387,7 +395,8 @@ TEST(Undistorter, IsInvalidExactlyWhereTheBorderWouldShow) {
           // OpenCV rounds to 1/32 px, so it may take what lies that close to the outer centres.
           const Eigen::Vector2d p((u - 325.5) / 500, (v - 231.25) / 520);
           const Pixel at = camera.project(Vector<Camera>{p.homogeneous()}).value();
-          EXPECT_TRUE(at.u > -0.04 && at.v > -0.04 && at.u < 639.04 && at.v < 479.04) << u << ", " << v;
+          EXPECT_TRUE(at.u > -0.04 && at.v > -0.04 && at.u < 639.04 && at.v < 479.04)
+              << u << ", " << v;
         } else {
           ++border;
         }
@@ -401,8 +410,10 @@ TEST_F(RandomLenses, ALensWithoutDistortionLosesNoPixelToUndistortion) {
   cv::randu(image, 0, 255);
   for (int lens = 0; lens < 300; ++lens) {
     const auto camera = CameraModel::make(LensModel::Pinhole, 64, 48,
-                                          matrix(uniform(40, 900), uniform(40, 900), uniform(25, 40),
-                                                 uniform(15, 30)), {0, 0, 0, 0, 0}).value();
+                                          matrix(uniform(40, 900), uniform(40, 900),
+                                                 uniform(25, 40), uniform(15, 30)),
+                                          {0, 0, 0, 0, 0})
+                            .value();
     Undistorter(camera).undistort(image, out, valid);
     EXPECT_EQ(cv::countNonZero(valid), 64 * 48);
     EXPECT_EQ(cv::norm(out, image, cv::NORM_INF), 0.0);

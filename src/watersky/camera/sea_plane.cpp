@@ -15,7 +15,9 @@ namespace {
 
 constexpr double kLeastHeight_m = 1e-3;
 
-double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
 
 /// Of a closed line of (north, east); positive when it runs clockwise seen from above.
 double signed_area_m2(const std::vector<Eigen::Vector2d>& line) {
@@ -93,10 +95,18 @@ Pixel edge(const CameraModel& camera, double t) {
   const double side = std::floor(t), f = t - side;
   Pixel p;
   switch (static_cast<int>(side + 4) % 4) {
-    case 0: p = {-0.5 + f * w, -0.5}; break;
-    case 1: p = {w - 0.5, -0.5 + f * h}; break;
-    case 2: p = {w - 0.5 - f * w, h - 0.5}; break;
-    default: p = {-0.5, h - 0.5 - f * h}; break;
+    case 0:
+      p = {-0.5 + f * w, -0.5};
+      break;
+    case 1:
+      p = {w - 0.5, -0.5 + f * h};
+      break;
+    case 2:
+      p = {w - 0.5 - f * w, h - 0.5};
+      break;
+    default:
+      p = {-0.5, h - 0.5 - f * h};
+      break;
   }
   if (camera.direction(p)) return p;
   Pixel inner{camera.camera_matrix()(0, 2), camera.camera_matrix()(1, 2)};
@@ -133,8 +143,12 @@ EdgeWalk walk_edge(const SeaView& view) {
   std::array<std::optional<Point<Sea>>, kSamples> samples;
   int seen = 0, start = 0;  // start at a sample that is not seen, if there is one
   for (int i = 0; i < kSamples; ++i) {
-    samples[static_cast<std::size_t>(i)] = sea_at_edge(view, static_cast<double>(i) / kSamplesPerSide);
-    if (samples[static_cast<std::size_t>(i)]) ++seen; else start = i;
+    samples[static_cast<std::size_t>(i)] =
+        sea_at_edge(view, static_cast<double>(i) / kSamplesPerSide);
+    if (samples[static_cast<std::size_t>(i)])
+      ++seen;
+    else
+      start = i;
   }
   EdgeWalk walk;
   walk.closed = seen == kSamples;
@@ -142,7 +156,8 @@ EdgeWalk walk_edge(const SeaView& view) {
   bool was_seen = walk.closed;
   for (int n = 0; n <= kSamples - (walk.closed ? 1 : 0); ++n) {
     const auto& now = samples[static_cast<std::size_t>((start + n) % kSamples)];
-    const double t = static_cast<double>(start + n) / kSamplesPerSide, before = t - 1.0 / kSamplesPerSide;
+    const double t = static_cast<double>(start + n) / kSamplesPerSide,
+                 before = t - 1.0 / kSamplesPerSide;
     if (now && !was_seen) walk.lines.push_back({crossing(view, t, before)});
     if (!now && was_seen) walk.lines.back().push_back(crossing(view, before, t));
     if (now) walk.lines.back().push_back(now->v.head<2>());
@@ -178,7 +193,8 @@ Line close_along_limit(const SeaView& view, const std::vector<Line>& lines) {
       std::size_t next = first;
       double turn = std::numeric_limits<double>::infinity();
       for (std::size_t k = 0; k < lines.size(); ++k)
-        if (const double to = turn_between(view, lines[i], lines[k]); to < turn) turn = to, next = k;
+        if (const double to = turn_between(view, lines[i], lines[k]); to < turn)
+          turn = to, next = k;
       const double from = azimuth_of(view, lines[i].back());
       const int steps = std::max(kLeastSteps, static_cast<int>(turn / kStep));
       for (int step = 1; step < steps; ++step)
@@ -223,7 +239,8 @@ Eigen::Vector2d nearest_point(const SeaView& view) {
   Eigen::Vector2d nearest = outline.front();
   for (std::size_t i = 0; i < outline.size(); ++i) {
     const Eigen::Vector2d a = outline[i], along = outline[(i + 1) % outline.size()] - a;
-    const double f = std::clamp((below - a).dot(along) / std::max(along.squaredNorm(), 1e-300), 0.0, 1.0);
+    const double f =
+        std::clamp((below - a).dot(along) / std::max(along.squaredNorm(), 1e-300), 0.0, 1.0);
     if ((a + f * along - below).norm() < (nearest - below).norm()) nearest = a + f * along;
   }
   return nearest;
@@ -246,7 +263,8 @@ double gsd_m_at(const SeaView& view, const Eigen::Vector2d& at) {
     derivative.col(axis) = Eigen::Vector2d(q->u - p->u, q->v - p->v) / (2 * step_m);
   }
   const double sum = derivative.squaredNorm(), product = std::abs(derivative.determinant());
-  const double larger = std::sqrt(0.5 * (sum + std::sqrt(std::max(0.0, sum * sum - 4 * product * product))));
+  const double larger =
+      std::sqrt(0.5 * (sum + std::sqrt(std::max(0.0, sum * sum - 4 * product * product))));
   return larger / product;
 }
 
@@ -254,7 +272,9 @@ double gsd_m_at(const SeaView& view, const Eigen::Vector2d& at) {
 
 Result<SeaView> SeaView::make(const CameraModel& camera, const Rigid3<Sea, Camera>& sea_from_camera,
                               const ViewLimits& limits) {
-  const auto fail = [](std::string message) { return Error{ErrorCode::Degenerate, std::move(message)}; };
+  const auto fail = [](std::string message) {
+    return Error{ErrorCode::Degenerate, std::move(message)};
+  };
   const Eigen::Vector3d& c = sea_from_camera.origin().v;
   if (!c.allFinite() || !(std::abs(sea_from_camera.rotation().norm() - 1) < 1e-6))
     return fail("the camera's pose is not a number");
@@ -296,7 +316,8 @@ Result<SeaView> SeaView::make(const CameraModel& camera, const Rigid3<Sea, Camer
     return fail("the image sees the sea all around, but upside down: the camera looks up");
   view.footprint_ = corners_of(outline);
 
-  const auto middle = view.sea_point({0.5 * (camera.width_px() - 1), 0.5 * (camera.height_px() - 1)});
+  const auto middle =
+      view.sea_point({0.5 * (camera.width_px() - 1), 0.5 * (camera.height_px() - 1)});
   view.gsd_m_ = gsd_m_at(view, middle ? Eigen::Vector2d(middle->v.head<2>()) : nearest_point(view));
   return view;
 }

@@ -18,9 +18,12 @@ using test::fails_with;
 using test::IsNear;
 using test::succeeds;
 
-static_assert(std::is_invocable_v<decltype(&SeaView::make), CameraModel, Rigid3<Sea, Camera>, ViewLimits>);
-static_assert(!std::is_invocable_v<decltype(&SeaView::make), CameraModel, Rigid3<Camera, Sea>, ViewLimits>);
-static_assert(!std::is_invocable_v<decltype(&SeaView::make), CameraModel, Rigid3<World, Camera>, ViewLimits>);
+static_assert(
+    std::is_invocable_v<decltype(&SeaView::make), CameraModel, Rigid3<Sea, Camera>, ViewLimits>);
+static_assert(
+    !std::is_invocable_v<decltype(&SeaView::make), CameraModel, Rigid3<Camera, Sea>, ViewLimits>);
+static_assert(
+    !std::is_invocable_v<decltype(&SeaView::make), CameraModel, Rigid3<World, Camera>, ViewLimits>);
 static_assert(!std::is_invocable_v<decltype(&SeaView::pixel), SeaView, Point<World>>);
 
 Eigen::Matrix3d matrix(double fx, double fy, double cx, double cy) {
@@ -32,15 +35,19 @@ Eigen::Matrix3d matrix(double fx, double fy, double cx, double cy) {
 // 640 x 360 about its own middle: neither square nor of equal fields of view.
 CameraModel pinhole(std::vector<double> distortion = {}) {
   return CameraModel::make(LensModel::Pinhole, 640, 360, matrix(500, 500, 319.5, 179.5),
-                           std::move(distortion)).value();
+                           std::move(distortion))
+      .value();
 }
 CameraModel fisheye(double focal_px, std::vector<double> distortion = {}) {
   return CameraModel::make(LensModel::Fisheye, 640, 480, matrix(focal_px, focal_px, 322, 236),
-                           std::move(distortion)).value();
+                           std::move(distortion))
+      .value();
 }
 
-Rigid3<Sea, Camera> pose(double yaw_deg, double pitch_deg, double roll_deg, const Eigen::Vector3d& at) {
-  return {camera_rotation({Angle::degrees(yaw_deg), Angle::degrees(pitch_deg), Angle::degrees(roll_deg)}),
+Rigid3<Sea, Camera> pose(double yaw_deg, double pitch_deg, double roll_deg,
+                         const Eigen::Vector3d& at) {
+  return {camera_rotation(
+              {Angle::degrees(yaw_deg), Angle::degrees(pitch_deg), Angle::degrees(roll_deg)}),
           Point<Sea>{at}};
 }
 
@@ -63,7 +70,8 @@ TEST(MetresFromCells, PutsCentresAtHalfACellColumnAlongX) {
 }
 
 /// P of (2.34) for a grid on the Sea whose columns run along `azimuth_deg` + 90°: north-up at 0.
-Eigen::Matrix3d sea_from_grid(double azimuth_deg, double north_m, double east_m, double dx_m, double dy_m) {
+Eigen::Matrix3d sea_from_grid(double azimuth_deg, double north_m, double east_m, double dx_m,
+                              double dy_m) {
   // Map's x is east, y is south: seen in north, east, down these are (0,1,0) and (-1,0,0).
   Eigen::Matrix3d sea_from_map;
   sea_from_map << 0, -1, 0, 1, 0, 0, 0, 0, 1;
@@ -91,9 +99,11 @@ TEST(ImageFromGrid, EastIsRightAndSouthIsDownSeenFromAbove) {
 TEST_F(RandomPoses, ImageFromGridAgreesWithRaysCastOntoThePlane) {
   int in_front = 0, behind = 0;
   for (int i = 0; i < 500; ++i) {
-    const Eigen::Matrix3d a = matrix(uniform(300, 900), uniform(300, 900), uniform(200, 400), uniform(100, 300));
+    const Eigen::Matrix3d a =
+        matrix(uniform(300, 900), uniform(300, 900), uniform(200, 400), uniform(100, 300));
     const Rigid3<Sea, Camera> sea_from_camera = random_pose(30);
-    const double azimuth = uniform(-180, 180), north = uniform(-200, 200), east = uniform(-200, 200);
+    const double azimuth = uniform(-180, 180), north = uniform(-200, 200),
+                 east = uniform(-200, 200);
     const double dx = uniform(0.5, 20), dy = uniform(0.5, 20);
     const Eigen::Matrix3d h =
         image_from_grid(a, sea_from_camera.inverse(), sea_from_grid(azimuth, north, east, dx, dy));
@@ -103,8 +113,10 @@ TEST_F(RandomPoses, ImageFromGridAgreesWithRaysCastOntoThePlane) {
       for (int column = 0; column < 7; ++column) {
         const Eigen::Vector3d s = h * Eigen::Vector3d(column, row, 1);
         const double right = (column + 0.5) * dx, back = (row + 0.5) * dy;
-        const double sin_a = std::sin(azimuth * std::numbers::pi / 180), cos_a = std::cos(azimuth * std::numbers::pi / 180);
-        const Eigen::Vector3d centre(north - cos_a * back - sin_a * right, east - sin_a * back + cos_a * right, 0);
+        const double sin_a = std::sin(azimuth * std::numbers::pi / 180),
+                     cos_a = std::cos(azimuth * std::numbers::pi / 180);
+        const Eigen::Vector3d centre(north - cos_a * back - sin_a * right,
+                                     east - sin_a * back + cos_a * right, 0);
         // The third coordinate is the depth along the optical axis, so its sign masks ghosts.
         EXPECT_NEAR(s.z(), axis.dot(centre - camera), 1e-9);
         if (s.z() <= 1e-6) {
@@ -112,7 +124,8 @@ TEST_F(RandomPoses, ImageFromGridAgreesWithRaysCastOntoThePlane) {
           continue;
         }
         ++in_front;
-        const Eigen::Vector3d ray_camera((s.x() / s.z() - a(0, 2)) / a(0, 0), (s.y() / s.z() - a(1, 2)) / a(1, 1), 1);
+        const Eigen::Vector3d ray_camera((s.x() / s.z() - a(0, 2)) / a(0, 0),
+                                         (s.y() / s.z() - a(1, 2)) / a(1, 1), 1);
         const Eigen::Vector3d ray = sea_from_camera.rotation() * ray_camera;
         const Eigen::Vector3d hit = camera - ray * (camera.z() / ray.z());
         EXPECT_LT((hit - centre).norm(), 1e-6 * (1 + (centre - camera).norm()));
@@ -140,11 +153,14 @@ TEST_F(RandomPoses, InvertHomographyUndoes) {
 
 TEST_F(RandomPoses, InvertHomographyRefusesACameraInThePlane) {
   for (int i = 0; i < 500; ++i) {
-    Rigid3<Sea, Camera> in_plane(random_pose(30).rotation(), {{uniform(-50, 50), uniform(-50, 50), 0}});
+    Rigid3<Sea, Camera> in_plane(random_pose(30).rotation(),
+                                 {{uniform(-50, 50), uniform(-50, 50), 0}});
     const double far = i % 2 == 0 ? 200 : 1e5;
-    const Eigen::Matrix3d p = sea_from_grid(uniform(-180, 180), uniform(-far, far), uniform(-far, far), 0.1, 0.2);
-    EXPECT_TRUE(fails_with(invert_homography(image_from_grid(matrix(500, 500, 320, 240), in_plane.inverse(), p)),
-                           ErrorCode::Degenerate, {"in the plane"}));
+    const Eigen::Matrix3d p =
+        sea_from_grid(uniform(-180, 180), uniform(-far, far), uniform(-far, far), 0.1, 0.2);
+    EXPECT_TRUE(fails_with(
+        invert_homography(image_from_grid(matrix(500, 500, 320, 240), in_plane.inverse(), p)),
+        ErrorCode::Degenerate, {"in the plane"}));
   }
   EXPECT_FALSE(invert_homography(Eigen::Matrix3d::Zero()).ok());
   EXPECT_FALSE(invert_homography(Eigen::Matrix3d::Constant(std::nan(""))).ok());
@@ -180,18 +196,21 @@ double distance_to(const std::vector<Eigen::Vector2d>& p, const Eigen::Vector2d&
 
 /// No two edges that are not neighbours meet, and no vertex repeats the one before it.
 ::testing::AssertionResult is_simple(const std::vector<Eigen::Vector2d>& p) {
-  const auto side = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b, const Eigen::Vector2d& c) {
+  const auto side = [](const Eigen::Vector2d& a, const Eigen::Vector2d& b,
+                       const Eigen::Vector2d& c) {
     return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
   };
   const std::size_t n = p.size();
   if (n < 3) return ::testing::AssertionFailure() << n << " vertices";
   for (std::size_t i = 0; i < n; ++i) {
-    if (p[i] == p[(i + 1) % n]) return ::testing::AssertionFailure() << "vertex " << i << " repeats";
+    if (p[i] == p[(i + 1) % n])
+      return ::testing::AssertionFailure() << "vertex " << i << " repeats";
     for (std::size_t k = i + 2; k < n; ++k) {
       if (i == 0 && k == n - 1) continue;
       const auto &a = p[i], &b = p[i + 1], &c = p[k], &d = p[(k + 1) % n];
       if (side(a, b, c) * side(a, b, d) < 0 && side(c, d, a) * side(c, d, b) < 0)
-        return ::testing::AssertionFailure() << "edges " << i << " and " << k << " of " << n << " cross";
+        return ::testing::AssertionFailure()
+               << "edges " << i << " and " << k << " of " << n << " cross";
     }
   }
   return ::testing::AssertionSuccess();
@@ -210,8 +229,8 @@ double area_by_sampling(const SeaView& view, std::mt19937& rng) {
   int seen = 0;
   for (int i = 0; i < kN; ++i)
     for (int k = 0; k < kN; ++k) {
-      const Eigen::Vector2d at =
-          box.min() + box.sizes().cwiseProduct(Eigen::Vector2d((i + unit(rng)) / kN, (k + unit(rng)) / kN));
+      const Eigen::Vector2d at = box.min() + box.sizes().cwiseProduct(Eigen::Vector2d(
+                                                 (i + unit(rng)) / kN, (k + unit(rng)) / kN));
       if ((at - below).norm() > view.max_distance_m()) continue;
       const auto pixel = view.pixel(Point<Sea>{{at.x(), at.y(), 0}});
       seen += pixel && view.camera().contains(*pixel);
@@ -262,7 +281,8 @@ TEST_F(RandomPoses, TheFootprintIsWhatTheImageSees) {
 }
 
 TEST_F(RandomPoses, SeaPointAndPixelUndoEachOther) {
-  for (const CameraModel& camera : {pinhole(), pinhole({-0.25, 0.06, 1e-3, -1e-3, 0}), fisheye(150)})
+  for (const CameraModel& camera :
+       {pinhole(), pinhole({-0.25, 0.06, 1e-3, -1e-3, 0}), fisheye(150)})
     for (int i = 0; i < 60; ++i) {
       const auto view = SeaView::make(camera, random_pose(-30));
       ASSERT_TRUE(succeeds(view));
@@ -272,7 +292,8 @@ TEST_F(RandomPoses, SeaPointAndPixelUndoEachOther) {
         if (!p) continue;
         EXPECT_EQ(p->v.z(), 0.0);
         EXPECT_LE((*p - Point<Sea>{{view->sea_from_camera().origin().v.x(),
-                                    view->sea_from_camera().origin().v.y(), 0}}).v.norm(),
+                                    view->sea_from_camera().origin().v.y(), 0}})
+                      .v.norm(),
                   view->max_distance_m() * (1 + 1e-8));
         const auto back = view->pixel(*p);
         ASSERT_TRUE(back);
@@ -303,7 +324,8 @@ TEST(SeaView, GsdStraightDownIsHeightOverFocalLength) {
 }
 
 TEST_F(RandomPoses, GsdIsTheStepFromPixelToPixelAlongTheCoarserDirection) {
-  for (const CameraModel& camera : {pinhole(), pinhole({-0.25, 0.06, 1e-3, -1e-3, 0}), fisheye(280)})
+  for (const CameraModel& camera :
+       {pinhole(), pinhole({-0.25, 0.06, 1e-3, -1e-3, 0}), fisheye(280)})
     for (int i = 0; i < 50; ++i) {
       const auto view = SeaView::make(camera, random_pose(-40));
       ASSERT_TRUE(succeeds(view));
@@ -325,7 +347,8 @@ TEST(SeaView, GsdIsThatOfTheNearestSeaWhenTheMiddleSeesNone) {
   EXPECT_TRUE(view.cut_by_grazing_limit());
   const double down = std::atan(180.0 / 500.0);  // of the bottom edge below the horizon
   // Along the ray's vertical plane: pixels to angle is f / cos², angle to sea is h / sin².
-  const double per_pixel = std::cos(down) * std::cos(down) / 500 * 100 / (std::sin(down) * std::sin(down));
+  const double per_pixel =
+      std::cos(down) * std::cos(down) / 500 * 100 / (std::sin(down) * std::sin(down));
   EXPECT_NEAR(view.gsd_m(), per_pixel, 1e-3 * per_pixel);
 }
 
@@ -363,7 +386,8 @@ TEST(SeaView, ACircleOfTheLensInsideTheImageBoundsTheFootprint) {
   const CameraModel camera = fisheye(80, {-0.1, 0, 0, 0});
   const double radius = 50 / std::tan(30 * std::numbers::pi / 180);
   const auto view = SeaView::make(camera, pose(0, -90, 0, {0, 0, -50}), {30_deg}).value();
-  EXPECT_NEAR(signed_area(view.footprint_north_east_m()), std::numbers::pi * radius * radius, 0.002 * 3.1416 * radius * radius);
+  EXPECT_NEAR(signed_area(view.footprint_north_east_m()), std::numbers::pi * radius * radius,
+              0.002 * 3.1416 * radius * radius);
   // r (1 - 2 r²) folds at r = 1/√6, inside the image: the sea is seen up to h/√6 away.
   const CameraModel barrel = pinhole({-2, 0, 0, 0, 0});
   const auto disc = SeaView::make(barrel, pose(0, -90, 0, {0, 0, -60}), {10_deg}).value();
@@ -373,22 +397,30 @@ TEST(SeaView, ACircleOfTheLensInsideTheImageBoundsTheFootprint) {
 }
 
 TEST(SeaView, RefusesACameraInOrBelowTheSeaAndSaysTheHeight) {
-  const auto made = [](double down_m) { return SeaView::make(pinhole(), pose(0, -90, 0, {0, 0, down_m})); };
+  const auto made = [](double down_m) {
+    return SeaView::make(pinhole(), pose(0, -90, 0, {0, 0, down_m}));
+  };
   EXPECT_TRUE(succeeds(made(-0.01)));
-  EXPECT_TRUE(fails_with(made(0.0), ErrorCode::Degenerate, {"in the sea surface", "0.000 m", "sea level"}));
-  EXPECT_TRUE(fails_with(made(12.25), ErrorCode::Degenerate, {"below the sea surface", "-12.250 m", "sea level"}));
+  EXPECT_TRUE(
+      fails_with(made(0.0), ErrorCode::Degenerate, {"in the sea surface", "0.000 m", "sea level"}));
+  EXPECT_TRUE(fails_with(made(12.25), ErrorCode::Degenerate,
+                         {"below the sea surface", "-12.250 m", "sea level"}));
 }
 
 TEST(SeaView, RefusesAPoseThatIsNotANumber) {
-  EXPECT_TRUE(fails_with(SeaView::make(pinhole(), pose(0, -90, 0, {0, std::nan(""), -10})), ErrorCode::Degenerate, {"not a number"}));
-  EXPECT_TRUE(fails_with(SeaView::make(pinhole(), pose(std::nan(""), -90, 0, {0, 0, -10})), ErrorCode::Degenerate, {"not a number"}));
+  EXPECT_TRUE(fails_with(SeaView::make(pinhole(), pose(0, -90, 0, {0, std::nan(""), -10})),
+                         ErrorCode::Degenerate, {"not a number"}));
+  EXPECT_TRUE(fails_with(SeaView::make(pinhole(), pose(std::nan(""), -90, 0, {0, 0, -10})),
+                         ErrorCode::Degenerate, {"not a number"}));
   const Rigid3<Sea, Camera> no_rotation(Eigen::Quaterniond(0, 0, 0, 0), {{0, 0, -10}});
-  EXPECT_TRUE(fails_with(SeaView::make(pinhole(), no_rotation), ErrorCode::Degenerate, {"not a number"}));
+  EXPECT_TRUE(
+      fails_with(SeaView::make(pinhole(), no_rotation), ErrorCode::Degenerate, {"not a number"}));
 }
 
 TEST_F(RandomPoses, RefusesACameraThatLooksUp) {
   for (int i = 0; i < 100; ++i) {
-    const auto view = SeaView::make(pinhole(), pose(uniform(-180, 180), uniform(40, 90), uniform(-20, 20), {0, 0, -100}));
+    const auto view = SeaView::make(
+        pinhole(), pose(uniform(-180, 180), uniform(40, 90), uniform(-20, 20), {0, 0, -100}));
     EXPECT_TRUE(fails_with(view, ErrorCode::Degenerate, {"grazing limit", "10.0°", "100.0 m"}));
   }
   // So wide that it sees the sea all around although it looks up.

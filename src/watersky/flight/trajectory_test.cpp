@@ -18,7 +18,9 @@ using test::succeeds;
 
 constexpr Duration kAnyGap = Duration::max();
 
-Time at(double s) { return time_from_seconds(s).value(); }
+Time at(double s) {
+  return time_from_seconds(s).value();
+}
 
 StampedPose level(double time_s, const Point<World>& position = {}, Angle yaw = {}) {
   return {at(time_s), {heading(yaw), position}, std::nullopt};
@@ -78,7 +80,8 @@ TEST_F(RandomTrajectories, GoesStraightAndTurnsEvenlyAboutOneAxis) {
 }
 
 TEST(Trajectory, TurnsTheShortWayThroughNorth) {
-  const auto trajectory = Trajectory::make({level(0, {{0, 0, 0}}, 350_deg), level(2, {{4, 0, -8}}, 30_deg)}).value();
+  const auto trajectory =
+      Trajectory::make({level(0, {{0, 0, 0}}, 350_deg), level(2, {{4, 0, -8}}, 30_deg)}).value();
   const auto middle = trajectory.at(at(1), kAnyGap).value();
   EXPECT_NEAR(yaw_pitch_roll(middle.world_from_body.rotation()).yaw.degrees(), 10.0, 1e-9);
   EXPECT_THAT(middle.world_from_body.origin(), IsNear(Point<World>{{2, 0, -4}}, 1e-12));
@@ -87,15 +90,21 @@ TEST(Trajectory, TurnsTheShortWayThroughNorth) {
 TEST(Trajectory, AQuaternionAndItsNegativeAreOneAttitude) {
   const Eigen::Quaterniond q = heading(40_deg);
   const Eigen::Quaterniond minus_q(-q.w(), -q.x(), -q.y(), -q.z());
-  const auto trajectory = Trajectory::make({{at(0), {q, {}}, std::nullopt}, {at(1), {minus_q, {}}, std::nullopt}}).value();
+  const auto trajectory =
+      Trajectory::make({{at(0), {q, {}}, std::nullopt}, {at(1), {minus_q, {}}, std::nullopt}})
+          .value();
   for (const double t : {0.0, 0.1, 0.5, 0.9, 1.0})
-    EXPECT_LT(angle_between(trajectory.at(at(t), kAnyGap)->world_from_body.rotation(), q).radians(), 1e-9);
+    EXPECT_LT(angle_between(trajectory.at(at(t), kAnyGap)->world_from_body.rotation(), q).radians(),
+              1e-9);
 }
 
 TEST(Trajectory, PicksTheBracketingPair) {
-  const auto trajectory =
-      Trajectory::make({level(0, {{0, 0, 0}}), level(1, {{10, 0, 0}}), level(3, {{10, 20, 0}}), level(4, {{0, 20, 0}})}).value();
-  const auto position = [&](double t) { return trajectory.at(at(t), kAnyGap)->world_from_body.origin(); };
+  const auto trajectory = Trajectory::make({level(0, {{0, 0, 0}}), level(1, {{10, 0, 0}}),
+                                            level(3, {{10, 20, 0}}), level(4, {{0, 20, 0}})})
+                              .value();
+  const auto position = [&](double t) {
+    return trajectory.at(at(t), kAnyGap)->world_from_body.origin();
+  };
   EXPECT_THAT(position(0.25), IsNear(Point<World>{{2.5, 0, 0}}, 1e-9));
   EXPECT_THAT(position(1.5), IsNear(Point<World>{{10, 5, 0}}, 1e-9));
   EXPECT_THAT(position(3.9), IsNear(Point<World>{{1, 20, 0}}, 1e-9));
@@ -105,11 +114,16 @@ TEST(Trajectory, NeverExtrapolates) {
   const auto trajectory = Trajectory::make({level(10), level(11, {{1, 0, 0}})}).value();
   EXPECT_TRUE(succeeds(trajectory.at(at(10), kAnyGap)));
   EXPECT_TRUE(succeeds(trajectory.at(at(11), kAnyGap)));
-  EXPECT_TRUE(fails_with(trajectory.at(at(10) - Duration(1), kAnyGap), ErrorCode::OutOfRange, {"before the first"}));
-  EXPECT_TRUE(fails_with(trajectory.at(at(11) + Duration(1), kAnyGap), ErrorCode::OutOfRange, {"after the last"}));
-  EXPECT_TRUE(fails_with(trajectory.at(at(7.5), kAnyGap), ErrorCode::OutOfRange, {"2.500 s before the first recorded pose"}));
-  EXPECT_TRUE(fails_with(trajectory.at(at(12.25), kAnyGap), ErrorCode::OutOfRange, {"1.250 s after the last recorded pose"}));
-  EXPECT_TRUE(fails_with(Trajectory{}.at(at(0), kAnyGap), ErrorCode::OutOfRange, {"no recorded pose"}));
+  EXPECT_TRUE(fails_with(trajectory.at(at(10) - Duration(1), kAnyGap), ErrorCode::OutOfRange,
+                         {"before the first"}));
+  EXPECT_TRUE(fails_with(trajectory.at(at(11) + Duration(1), kAnyGap), ErrorCode::OutOfRange,
+                         {"after the last"}));
+  EXPECT_TRUE(fails_with(trajectory.at(at(7.5), kAnyGap), ErrorCode::OutOfRange,
+                         {"2.500 s before the first recorded pose"}));
+  EXPECT_TRUE(fails_with(trajectory.at(at(12.25), kAnyGap), ErrorCode::OutOfRange,
+                         {"1.250 s after the last recorded pose"}));
+  EXPECT_TRUE(
+      fails_with(Trajectory{}.at(at(0), kAnyGap), ErrorCode::OutOfRange, {"no recorded pose"}));
   const auto alone = Trajectory::make({level(10)}).value();
   EXPECT_TRUE(succeeds(alone.at(at(10), kAnyGap)));
   EXPECT_FALSE(alone.at(at(10.001), kAnyGap).ok());
@@ -121,7 +135,8 @@ TEST(Trajectory, BridgesNoGapLongerThanAllowed) {
   const Duration half = seconds(0.5);
   EXPECT_TRUE(succeeds(trajectory.at(at(0.25), half)));  // exactly as long is allowed
   EXPECT_FALSE(trajectory.at(at(0.25), half - Duration(1)).ok());
-  EXPECT_TRUE(fails_with(trajectory.at(at(0.75), half), ErrorCode::OutOfRange, {"gap of 1.500 s", "0.500 s"}));
+  EXPECT_TRUE(fails_with(trajectory.at(at(0.75), half), ErrorCode::OutOfRange,
+                         {"gap of 1.500 s", "0.500 s"}));
   EXPECT_TRUE(succeeds(trajectory.at(at(0.5), half)));  // on a pose beside the gap
   EXPECT_TRUE(succeeds(trajectory.at(at(2), half)));
 }
@@ -130,24 +145,30 @@ TEST(Trajectory, BridgesNoGapLongerThanAllowed) {
 TEST(Trajectory, CenturiesApartIsAGapToo) {
   const auto trajectory = Trajectory::make({level(-9.1e9), level(9.1e9)}).value();
   EXPECT_TRUE(fails_with(trajectory.at(at(0), seconds(0.5)), ErrorCode::OutOfRange, {"gap"}));
-  EXPECT_TRUE(fails_with(Trajectory::make({level(9.1e9), level(-9.1e9)}), ErrorCode::InvalidInput, {"pose 2", "earlier"}));
+  EXPECT_TRUE(fails_with(Trajectory::make({level(9.1e9), level(-9.1e9)}), ErrorCode::InvalidInput,
+                         {"pose 2", "earlier"}));
   const auto late = Trajectory::make({level(9.1e9)}).value();
   EXPECT_TRUE(fails_with(late.at(at(-9.1e9), seconds(0.5)), ErrorCode::OutOfRange, {"before"}));
 }
 
 TEST(Trajectory, RefusesUnsortedAndDuplicateTimesNamingTheFirst) {
   const auto code = ErrorCode::InvalidInput;
-  EXPECT_TRUE(fails_with(Trajectory::make({level(0), level(2), level(1), level(1)}), code, {"pose 3", "1.000 s earlier"}));
-  EXPECT_TRUE(fails_with(Trajectory::make({level(0), level(1), level(1)}), code, {"pose 3", "same time"}));
+  EXPECT_TRUE(fails_with(Trajectory::make({level(0), level(2), level(1), level(1)}), code,
+                         {"pose 3", "1.000 s earlier"}));
+  EXPECT_TRUE(
+      fails_with(Trajectory::make({level(0), level(1), level(1)}), code, {"pose 3", "same time"}));
   EXPECT_TRUE(succeeds(Trajectory::make({})));
 }
 
 TEST(Trajectory, RefusesPosesThatAreNoneNamingTheFirst) {
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
   const auto code = ErrorCode::InvalidInput;
-  EXPECT_TRUE(fails_with(Trajectory::make({level(0), level(1, {{0, nan, 0}})}), code, {"pose 2", "not a number"}));
-  EXPECT_TRUE(fails_with(Trajectory::make({level(0, {{inf, 0, 0}})}), code, {"pose 1", "not a number"}));
-  EXPECT_TRUE(fails_with(Trajectory::make({level(0, {}, Angle::radians(nan))}), code, {"pose 1", "not a number"}));
+  EXPECT_TRUE(fails_with(Trajectory::make({level(0), level(1, {{0, nan, 0}})}), code,
+                         {"pose 2", "not a number"}));
+  EXPECT_TRUE(
+      fails_with(Trajectory::make({level(0, {{inf, 0, 0}})}), code, {"pose 1", "not a number"}));
+  EXPECT_TRUE(fails_with(Trajectory::make({level(0, {}, Angle::radians(nan))}), code,
+                         {"pose 1", "not a number"}));
   const StampedPose zeros{at(5), {Eigen::Quaterniond(0, 0, 0, 0), {}}, std::nullopt};
   EXPECT_TRUE(fails_with(Trajectory::make({level(0), zeros}), code, {"pose 2", "zeros"}));
 }
@@ -161,24 +182,33 @@ TEST(Trajectory, SigmaIsTheLargerOfTheTwoNeighbours) {
   ASSERT_TRUE(between);
   EXPECT_EQ(between->position_north_east_down_m, Eigen::Vector3d(3, 5, 2));
   EXPECT_EQ(between->roll_pitch_yaw_rad, Eigen::Vector3d(0.3, 0.2, 0.3));
-  EXPECT_EQ(trajectory.at(at(0), kAnyGap)->sigma->position_north_east_down_m, Eigen::Vector3d(1, 5, 2));
+  EXPECT_EQ(trajectory.at(at(0), kAnyGap)->sigma->position_north_east_down_m,
+            Eigen::Vector3d(1, 5, 2));
   EXPECT_FALSE(trajectory.at(at(1.5), kAnyGap)->sigma);  // one neighbour's is not known
 }
 
 TEST(RotationTrack, KeepsTheSameRules) {
-  const auto track = RotationTrack::make({{at(0), heading(350_deg)}, {at(2), heading(30_deg)}}).value();
+  const auto track =
+      RotationTrack::make({{at(0), heading(350_deg)}, {at(2), heading(30_deg)}}).value();
   EXPECT_NEAR(yaw_pitch_roll(track.at(at(0.5), kAnyGap).value()).yaw.degrees(), 0.0, 1e-9);
   EXPECT_NEAR(yaw_pitch_roll(track.at(at(2), Duration(0)).value()).yaw.degrees(), 30.0, 1e-9);
-  EXPECT_TRUE(fails_with(track.at(at(-1), kAnyGap), ErrorCode::OutOfRange, {"1.000 s before", "gimbal attitude"}));
-  EXPECT_TRUE(fails_with(track.at(at(3), kAnyGap), ErrorCode::OutOfRange, {"1.000 s after", "gimbal attitude"}));
+  EXPECT_TRUE(fails_with(track.at(at(-1), kAnyGap), ErrorCode::OutOfRange,
+                         {"1.000 s before", "gimbal attitude"}));
+  EXPECT_TRUE(fails_with(track.at(at(3), kAnyGap), ErrorCode::OutOfRange,
+                         {"1.000 s after", "gimbal attitude"}));
   EXPECT_TRUE(fails_with(track.at(at(1), seconds(1)), ErrorCode::OutOfRange, {"gap of 2.000 s"}));
-  EXPECT_TRUE(fails_with(RotationTrack{}.at(at(0), kAnyGap), ErrorCode::OutOfRange, {"no recorded gimbal attitude"}));
+  EXPECT_TRUE(fails_with(RotationTrack{}.at(at(0), kAnyGap), ErrorCode::OutOfRange,
+                         {"no recorded gimbal attitude"}));
   const auto code = ErrorCode::InvalidInput;
   const Eigen::Quaterniond nan(std::nan(""), 0, 0, 0), zeros(0, 0, 0, 0);
-  EXPECT_TRUE(fails_with(RotationTrack::make({{at(0), heading({})}, {at(0), heading({})}}), code, {"attitude 2", "same time"}));
-  EXPECT_TRUE(fails_with(RotationTrack::make({{at(1), heading({})}, {at(0), heading({})}}), code, {"attitude 2", "earlier"}));
-  EXPECT_TRUE(fails_with(RotationTrack::make({{at(0), nan}}), code, {"attitude 1", "not a number"}));
-  EXPECT_TRUE(fails_with(RotationTrack::make({{at(0), heading({})}, {at(1), zeros}}), code, {"attitude 2", "zeros"}));
+  EXPECT_TRUE(fails_with(RotationTrack::make({{at(0), heading({})}, {at(0), heading({})}}), code,
+                         {"attitude 2", "same time"}));
+  EXPECT_TRUE(fails_with(RotationTrack::make({{at(1), heading({})}, {at(0), heading({})}}), code,
+                         {"attitude 2", "earlier"}));
+  EXPECT_TRUE(
+      fails_with(RotationTrack::make({{at(0), nan}}), code, {"attitude 1", "not a number"}));
+  EXPECT_TRUE(fails_with(RotationTrack::make({{at(0), heading({})}, {at(1), zeros}}), code,
+                         {"attitude 2", "zeros"}));
 }
 
 TEST(RotationTrack, MakesUnitQuaternions) {

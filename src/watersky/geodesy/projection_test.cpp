@@ -67,16 +67,22 @@ TEST(Projection, ChoosesPolarGridsBeyondUtm) {
 
 TEST(Projection, RefusesPlacesThatAreNone) {
   const double nan = std::nan(""), inf = std::numeric_limits<double>::infinity();
-  for (const auto& [lat, lon] : {std::pair{nan, 0.0}, {0.0, nan}, {inf, 0.0}, {0.0, inf},
-                                 {-inf, 0.0}, {90.1, 0.0}, {-91.0, 5.0}, {86.0, nan}})
+  for (const auto& [lat, lon] : {std::pair{nan, 0.0},
+                                 {0.0, nan},
+                                 {inf, 0.0},
+                                 {0.0, inf},
+                                 {-inf, 0.0},
+                                 {90.1, 0.0},
+                                 {-91.0, 5.0},
+                                 {86.0, nan}})
     EXPECT_TRUE(fails_with(Projection::for_place(place(lat, lon)), ErrorCode::InvalidInput, {}))
         << lat << ", " << lon;
 }
 
 TEST(Projection, RefusesWhatIsNotAMapInMetres) {
-  for (const char* crs : {"EPSG:4326", "EPSG:4978", "EPSG:5773", "EPSG:2263", "EPSG:999999",
-                          "nonsense", "", "+proj=longlat +datum=WGS84 +type=crs",
-                          "+proj=utm +zone=33 +units=us-ft +type=crs", "\n"})
+  for (const char* crs :
+       {"EPSG:4326", "EPSG:4978", "EPSG:5773", "EPSG:2263", "EPSG:999999", "nonsense", "",
+        "+proj=longlat +datum=WGS84 +type=crs", "+proj=utm +zone=33 +units=us-ft +type=crs", "\n"})
     EXPECT_TRUE(fails_with(Projection::from_text(crs), ErrorCode::InvalidInput,
                            {"in metres, such as EPSG:32633"}))
         << crs;
@@ -149,8 +155,8 @@ TEST(Projection, MetresAreThoseAtThePlacesHeight) {
 }
 
 // EPSG:3575, the polar azimuthal equal-area grid (central meridian 10 E) is not conformal.
-// Snyder, Map Projections: a Working Manual (1987), (3-12), (14-15), (21-30), (24-23): rho = a √(q_p - q),
-// k = rho / (a m), h = 1/k.
+// Snyder, Map Projections: a Working Manual (1987), (3-12), (14-15), (21-30), (24-23): rho = a
+// √(q_p - q), k = rho / (a m), h = 1/k.
 TEST(Projection, EqualAreaGridHasItsOwnScaleAlongEachAxis) {
   const auto laea = Projection::from_text("EPSG:3575").value();
   constexpr double kA = 6378137.0, kF = 1 / 298.257223563, kE2 = kF * (2 - kF);
@@ -167,7 +173,9 @@ TEST(Projection, EqualAreaGridHasItsOwnScaleAlongEachAxis) {
     const double k = rho / (kA * cos(phi) / std::sqrt(1 - kE2 * s * s)), h = 1 / k;
     const Angle theta = lambda - 10_deg;
     const ProjectedPlace here = laea.at({phi, lambda, 0}).value();
-    EXPECT_LT((here.easting_northing_m - Eigen::Vector2d(rho * sin(theta), -rho * cos(theta))).norm(), 1e-5);
+    EXPECT_LT(
+        (here.easting_northing_m - Eigen::Vector2d(rho * sin(theta), -rho * cos(theta))).norm(),
+        1e-5);
     Eigen::Matrix2d expected;
     expected << -h * sin(theta), k * cos(theta), h * cos(theta), k * sin(theta);
     EXPECT_LT((here.grid_from_north_east - expected).cwiseAbs().maxCoeff(), 1e-6);
@@ -193,10 +201,12 @@ TEST(Projection, SeesTheAntimeridianLikeAnyOtherPlace) {
 TEST(Projection, InverseUndoesForward) {
   std::mt19937 rng(5);
   std::uniform_real_distribution<double> unit(-1, 1);
-  for (const auto& [crs, lat0, lon0] :
-       {std::tuple{"EPSG:32633", 78.0, 15.0}, {"EPSG:32719", -54.0, -69.0},
-        {"EPSG:3413", 86.0, 0.0}, {"EPSG:3031", -86.0, 0.0}, {"EPSG:3575", 80.0, 20.0},
-        {"EPSG:25833", 78.0, 15.0}}) {
+  for (const auto& [crs, lat0, lon0] : {std::tuple{"EPSG:32633", 78.0, 15.0},
+                                        {"EPSG:32719", -54.0, -69.0},
+                                        {"EPSG:3413", 86.0, 0.0},
+                                        {"EPSG:3031", -86.0, 0.0},
+                                        {"EPSG:3575", 80.0, 20.0},
+                                        {"EPSG:25833", 78.0, 15.0}}) {
     const auto projection = Projection::from_text(crs).value();
     for (int i = 0; i < 200; ++i) {
       const Angle lat = Angle::degrees(lat0 + 3.9 * unit(rng));
@@ -204,7 +214,8 @@ TEST(Projection, InverseUndoesForward) {
       const Geodetic back = projection.inverse(projection.forward(lat, lon).value()).value();
       // PROJ inverts the authalic latitude of EPSG:3575 by a series good to 0.1 mm.
       EXPECT_LT(std::abs((back.latitude - lat).radians()) * 6.4e6, 1e-4) << crs;
-      EXPECT_LT(std::abs((back.longitude - lon).wrapped().radians() * cos(lat)) * 6.4e6, 1e-5) << crs;
+      EXPECT_LT(std::abs((back.longitude - lon).wrapped().radians() * cos(lat)) * 6.4e6, 1e-5)
+          << crs;
       EXPECT_EQ(back.height_ellipsoid_m, 0.0);
     }
   }
@@ -213,7 +224,8 @@ TEST(Projection, InverseUndoesForward) {
 TEST(Projection, SaysWhenAPlaceIsOutsideIt) {
   const auto utm33 = Projection::from_text("EPSG:32633").value();
   const double nan = std::nan("");
-  EXPECT_TRUE(fails_with(utm33.forward(Angle::degrees(nan), 0_deg), ErrorCode::OutOfRange, {"EPSG:32633"}));
+  EXPECT_TRUE(
+      fails_with(utm33.forward(Angle::degrees(nan), 0_deg), ErrorCode::OutOfRange, {"EPSG:32633"}));
   EXPECT_TRUE(fails_with(utm33.forward(95_deg, 0_deg), ErrorCode::OutOfRange, {"EPSG:32633"}));
   EXPECT_TRUE(fails_with(utm33.inverse({nan, 0.0}), ErrorCode::OutOfRange, {"EPSG:32633"}));
   EXPECT_TRUE(fails_with(utm33.inverse({1e30, 1e30}), ErrorCode::OutOfRange, {"EPSG:32633"}));
@@ -242,12 +254,14 @@ TEST(Projection, CopiesMayBeUsedFromSeveralThreads) {
 // differs from the bilinear one by less than 6 cm at these places.
 TEST(Egm96, AgreesWithThePublishedTestPoints) {
   if (!egm96_above_ellipsoid_m(0_deg, 0_deg).ok()) GTEST_SKIP() << "proj-data is not installed";
-  for (const auto& [lat, lon, height_m] :
-       {std::tuple{38.6281550, 269.7791550, -31.628}, {-14.6212170, 305.0211140, -2.969},
-        {46.8743190, 102.4487290, -43.575}, {-23.6174460, 133.8747120, 15.871},
-        {38.6254730, 359.9995000, 50.066}, {-0.4667440, 0.0023000, 17.329}})
-    EXPECT_NEAR(egm96_above_ellipsoid_m(Angle::degrees(lat), Angle::degrees(lon)).value(),
-                height_m, 0.06)
+  for (const auto& [lat, lon, height_m] : {std::tuple{38.6281550, 269.7791550, -31.628},
+                                           {-14.6212170, 305.0211140, -2.969},
+                                           {46.8743190, 102.4487290, -43.575},
+                                           {-23.6174460, 133.8747120, 15.871},
+                                           {38.6254730, 359.9995000, 50.066},
+                                           {-0.4667440, 0.0023000, 17.329}})
+    EXPECT_NEAR(egm96_above_ellipsoid_m(Angle::degrees(lat), Angle::degrees(lon)).value(), height_m,
+                0.06)
         << lat << ", " << lon;
 }
 

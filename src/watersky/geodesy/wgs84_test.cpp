@@ -121,18 +121,17 @@ TEST_F(NedRotation, AxesAreTheDerivativesOfThePosition) {
   for (int i = 0; i < 200; ++i) {
     const Datum datum(geodetic(uniform(-89, 89), uniform(-180, 180), uniform(-100, 1000)),
                       Angle::degrees(uniform(-180, 180)));
-    const Geodetic place = datum.geodetic(
-        {{uniform(-2e5, 2e5), uniform(-2e5, 2e5), uniform(-2e4, 0)}});
+    const Geodetic place =
+        datum.geodetic({{uniform(-2e5, 2e5), uniform(-2e5, 2e5), uniform(-2e4, 0)}});
     if (std::abs(place.latitude.degrees()) > 89.5) continue;
     const auto step = [&](double lat, double lon, double height_m) {
       constexpr double kStep = 1e-6;  // rad, and 6.4 m
       const Angle dlat = Angle::radians(kStep * lat), dlon = Angle::radians(kStep * lon);
       const double dh = 6.4e6 * kStep * height_m;
-      const Vector<World> d =
-          datum.world({place.latitude + dlat, place.longitude + dlon,
-                       place.height_ellipsoid_m + dh}) -
-          datum.world({place.latitude - dlat, place.longitude - dlon,
-                       place.height_ellipsoid_m - dh});
+      const Vector<World> d = datum.world({place.latitude + dlat, place.longitude + dlon,
+                                           place.height_ellipsoid_m + dh}) -
+                              datum.world({place.latitude - dlat, place.longitude - dlon,
+                                           place.height_ellipsoid_m - dh});
       return d.v.normalized().eval();
     };
     const Eigen::Matrix3d r = datum.world_from_ned_rotation(place).toRotationMatrix();
@@ -154,8 +153,10 @@ TEST_F(NedRotation, MeridiansConvergeFortyKilometresEast) {
   const YawPitchRoll turn = yaw_pitch_roll(datum.world_from_ned_rotation(east_40_km));
   EXPECT_NEAR(turn.yaw.radians(), by_hand, 1e-12);
   EXPECT_NEAR(turn.yaw.degrees(), -1.825, 0.001);
-  EXPECT_NEAR(angle_between(datum.world_from_ned_rotation(datum.origin()),
-                            Eigen::Quaterniond::Identity()).radians(), 0.0, 1e-12);
+  EXPECT_NEAR(
+      angle_between(datum.world_from_ned_rotation(datum.origin()), Eigen::Quaterniond::Identity())
+          .radians(),
+      0.0, 1e-12);
 }
 
 TEST(EcefFromSea, StandsOnThePlaceWithDownTowardsTheEarth) {
