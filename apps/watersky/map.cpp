@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: MIT
 /// `watersky map FLIGHT -o OUT`: the main job.
+#include <opencv2/core/utility.hpp>
 #include <thread>
 
 #include "cli.hpp"
-#include "watersky/io/products.hpp"
 #include "watersky/io/read_flight.hpp"
 #include "watersky/mapping/mapping.hpp"
+#include "watersky/products/products.hpp"
+#include "watersky/products/run_json.hpp"
 
 namespace watersky::cli {
 
@@ -22,16 +24,16 @@ struct Options {
   MappingParameters parameters;
 };
 
-Result<io::ReadOptions> read_options(const Options& o) {
-  io::ReadOptions read;
+Result<ReadOptions> read_options(const Options& o) {
+  ReadOptions read;
   if (!o.camera_file.empty()) read.camera_file = o.camera_file;
   if (o.focal_px > 0) read.focal_px = o.focal_px;
   if (!o.mount.empty()) {
-    WATERSKY_TRY(read.mount, io::parse_mount(o.mount));
+    WATERSKY_TRY(read.mount, parse_mount_option(o.mount));
   }
   if (!o.log.empty()) read.log = o.log;
   if (!o.sea_level.empty()) {
-    WATERSKY_TRY(read.sea_level, io::parse_sea_level(o.sea_level));
+    WATERSKY_TRY(read.sea_level, parse_sea_level_option(o.sea_level));
   }
   if (!o.name_pattern.empty()) read.name_pattern = o.name_pattern;
   read.delay_s = o.delay_s;
@@ -41,22 +43,26 @@ Result<io::ReadOptions> read_options(const Options& o) {
 
 VerbResult run(const Options& o, const Common& common) {
   WATERSKY_CHECK(validate(o.parameters));
+  const int threads = o.threads > 0 ? o.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  cv::setNumThreads(threads);
   // Before any work: a map that cannot be written is an hour lost.
-  const io::WriteOptions write{.overwrite = o.overwrite};
-  WATERSKY_CHECK(io::check_destination(o.out, write));
-  WATERSKY_TRY(const io::ReadOptions read, read_options(o));
+  const WriteOptions write{.overwrite = o.overwrite, .threads = threads};
+  WATERSKY_CHECK(check_output(o.out, write));
+  WATERSKY_TRY(const ReadOptions read, read_options(o));
   const Progress progress = progress_bar(common);
-  WATERSKY_TRY(const Flight flight, io::read_flight(o.flight, read, progress));
-  if (!flight.sea_level) return Error{ErrorCode::NotFound, o.flight + ": " + io::sea_level_choices()};
+  WATERSKY_TRY(const Flight flight, read_flight(o.flight, read, progress));
+  if (!flight.sea_level) return Error{ErrorCode::NotFound, o.flight + ": " + explain_sea_level()};
 
-  MappingOptions options{.parameters = o.parameters};
+  MappingOptions options;
+  options.parameters = o.parameters;
   options.ice = o.ice == "brighter" ? IcePolarity::Brighter : o.ice == "darker" ? IcePolarity::Darker : IcePolarity::Auto;
   if (!o.projection.empty()) options.projection = o.projection;
-  options.threads = o.threads > 0 ? o.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  options.threads = threads;
 
   auto run = map_flight(flight, options, progress);
   if (!run) return run.error().at(o.flight);
-  WATERSKY_CHECK(io::write_products(*run, o.out, write, progress));
+  const Products products = products_of(*run);
+  WATERSKY_CHECK(write_products(products, o.out, write, progress));
 
   for (const LeftOut& l : run->left_out) warn(common, "left out: " + l.file + ": " + l.reason);
   for (const UsedFrame& u : run->used) {
@@ -70,7 +76,7 @@ VerbResult run(const Options& o, const Common& common) {
                   run->flight_name + " (" + run->reference.projection.name() + ").");
   say(common, "Report: " + o.out + "/report.html");
   say(common, "Map:    " + o.out + "/probability.tif, " + o.out + "/ice.gpkg");
-  return io::run_json(*run);
+  return run_json(products);
 }
 
 }  // namespace

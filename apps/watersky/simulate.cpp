@@ -3,8 +3,7 @@
 #include <map>
 
 #include "cli.hpp"
-#include "watersky/io/flight_folder.hpp"
-#include "watersky/io/truth_writer.hpp"
+#include "watersky/io/simulation_folder.hpp"
 #include "watersky/sim/simulate.hpp"
 
 namespace watersky::cli {

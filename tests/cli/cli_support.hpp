@@ -13,28 +13,11 @@
 #include <sstream>
 #include <string>
 
+#include "support/temporary_folder.hpp"
+
 namespace watersky::test {
 
 namespace fs = std::filesystem;
-
-/// A folder of its own for a test, removed at its end.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (fs::temp_directory_path() / "watersky_cli_XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 inline std::string read_text(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);

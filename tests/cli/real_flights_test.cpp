@@ -3,16 +3,14 @@
 #include <gmock/gmock.h>
 
 #include "cli_support.hpp"
+#include "support/real_data.hpp"
 
 namespace watersky::test {
 namespace {
 
 using ::testing::HasSubstr;
 
-fs::path data(const char* name) {
-  const char* folder = std::getenv("WATERSKY_DATA");
-  return (folder ? fs::path(folder) : fs::path(WATERSKY_SOURCE_DIR) / ".." / "shared" / "data") / name;
-}
+fs::path data(const char* name) { return real_data(name).value_or(fs::path(name)); }
 
 #define WATERSKY_NEEDS(path) \
   if (!fs::exists(path)) GTEST_SKIP() << path << " is not here; set WATERSKY_DATA"

@@ -81,7 +81,7 @@ Status write_truth(const sim::Truth& truth, const fs::path& folder, double cell_
                   object.max_length_m, object.isolated ? 1 : 0);
     csv += line;
   }
-  return detail::write_file(folder / "objects.csv", csv);
+  return write_file(folder / "objects.csv", csv);
 }
 
 }  // namespace
@@ -97,15 +97,16 @@ Status write_simulation(const sim::Simulation& simulation, const fs::path& out, 
       return Error{ErrorCode::Exists, out.string() + " exists and is no flight folder; give another name"};
   }
 
-  WATERSKY_TRY(const detail::PartialFolder partial, detail::PartialFolder::beside(out));
-  const fs::path flight = partial.path() / "flight";
-  WATERSKY_TRY(const std::vector<LeftOut> left_out, write_flight_folder(simulation.flight, flight, {}, progress));
+  WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(out));
+  fs::remove(partial.path(), error);  // write_flight_folder makes it
+  WATERSKY_TRY(const std::vector<LeftOut> left_out,
+               write_flight_folder(simulation.flight, partial.path(), {}, progress));
   if (!left_out.empty())
     return Error{ErrorCode::Io, out.string() + ": frame " + left_out.front().file + " could not be written: " + left_out.front().reason};
-  fs::create_directory(flight / "truth", error);
+  fs::create_directory(partial.path() / "truth", error);
   if (error) return Error{ErrorCode::Io, out.string() + ": " + error.message()};
-  WATERSKY_CHECK(write_truth(simulation.truth, flight / "truth", options.truth_cell_m));
-  return partial.publish(flight, out);
+  WATERSKY_CHECK(write_truth(simulation.truth, partial.path() / "truth", options.truth_cell_m));
+  return partial.publish();
 }
 
 }  // namespace watersky

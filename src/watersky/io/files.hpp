@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
+/// Files and folders, whole or not at all.
 #include <cstdint>
 #include <filesystem>
 #include <string>
@@ -8,7 +9,7 @@
 
 #include "watersky/base/result.hpp"
 
-namespace watersky::detail {
+namespace watersky {
 
 /// The whole file; NotFound, or Io, or InvalidInput when it is larger than `max_bytes`.
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& file,
@@ -28,4 +29,28 @@ namespace watersky::detail {
 [[nodiscard]] Result<std::vector<std::filesystem::path>> files_with_extension(
     const std::filesystem::path& folder, std::initializer_list<std::string_view> extensions);
 
-}  // namespace watersky::detail
+/// A folder in the making beside its later place: under a temporary name until publish(), gone
+/// with all that is in it when that is never called.
+class PartialFolder {
+ public:
+  /// Makes it, and the folders above `target` that are missing (taken back if it is not
+  /// published). Io when the system refuses.
+  [[nodiscard]] static Result<PartialFolder> beside(const std::filesystem::path& target);
+  ~PartialFolder();
+  PartialFolder(PartialFolder&& other) noexcept;
+  PartialFolder& operator=(PartialFolder&&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  /// Puts it in its place. What stands there is moved aside until it does, then removed: the
+  /// caller has asked whether it may.
+  [[nodiscard]] Status publish();
+
+ private:
+  PartialFolder(std::filesystem::path asked, std::filesystem::path target);
+  std::filesystem::path asked_;      ///< as the user wrote it, for messages
+  std::filesystem::path target_;
+  std::filesystem::path path_;
+  std::filesystem::path first_made_;  ///< topmost folder made above the target; may be empty
+};
+
+}  // namespace watersky

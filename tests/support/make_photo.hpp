@@ -12,7 +12,10 @@
 #include <string>
 #include <vector>
 
-namespace watersky::testing {
+#include "support/real_data.hpp"
+#include "support/temporary_folder.hpp"
+
+namespace watersky::test {
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -196,32 +199,4 @@ inline void write(const std::filesystem::path& file, const std::string& text) {
   write(file, Bytes(text.begin(), text.end()));
 }
 
-/// An empty folder that goes with the object.
-class TemporaryFolder {
- public:
-  TemporaryFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "watersky-XXXXXX").string();
-    path_ = ::mkdtemp(name.data());
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-/// The real data, or nothing.
-inline std::optional<std::filesystem::path> real_data(const std::string& name) {
-  const char* env = std::getenv("WATERSKY_DATA");
-  const std::filesystem::path folder =
-      (env ? std::filesystem::path(env) : std::filesystem::path(WATERSKY_SOURCE_DIR) / "../shared/data") / name;
-  if (!std::filesystem::exists(folder)) return std::nullopt;
-  return folder;
-}
-
-}  // namespace watersky::testing
+}  // namespace watersky::test
