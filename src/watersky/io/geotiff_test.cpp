@@ -14,7 +14,7 @@
 
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/pyramid.hpp"
-#include "support/survey_products.hpp"
+#include "support/temporary_folder.hpp"
 
 namespace watersky {
 namespace {

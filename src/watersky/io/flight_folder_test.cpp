@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/io/flight_folder.hpp"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "watersky/geodesy/projection.hpp"
+#include "watersky/io/read_flight.hpp"
+#include "support/make_photo.hpp"
+
+namespace watersky {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+using watersky::test::TemporaryFolder;
+using watersky::test::write;
+
+struct Dice {
+  std::mt19937_64 rng;
+  double operator()(double low, double high) { return std::uniform_real_distribution(low, high)(rng); }
+  int whole(int low, int high) { return std::uniform_int_distribution(low, high)(rng); }
+  Eigen::Quaterniond rotation() {
+    return rotation_from({Angle::degrees((*this)(-180, 180)), Angle::degrees((*this)(-85, 85)), Angle::degrees((*this)(-180, 180))});
+  }
+};
+
+CameraModel random_camera(Dice& dice, int w, int h) {
+  Eigen::Matrix3d a;
+  a << dice(50, 60), 0, dice(30, 33), 0, dice(50, 60), dice(20, 27), 0, 0, 1;
+  return CameraModel::make(LensModel::Pinhole, w, h, a, {dice(-0.1, 0.1), dice(-0.01, 0.01), 1e-4, -2e-4, 0.001}).value();
+}
+
+/// A flight of every kind: own poses or a trajectory, gimbal or none, 8 or 16 bit.
+Flight random_flight(int seed) {
+  Dice dice{std::mt19937_64(static_cast<unsigned>(seed))};
+  const Datum datum({Angle::degrees(dice(-80, 80)), Angle::degrees(dice(-180, 180)), dice(-50, 200)},
+                    Angle::degrees(seed % 3 == 0 ? dice(-180, 180) : 0.0));
+  Flight f("flight", datum, random_camera(dice, 64, 48));
+  f.calibration = {"EXIF \"focal\" and the table: 55 px", 1.25};
+  f.mount = {camera_rotation({Angle::degrees(dice(-180, 180)), Angle::degrees(dice(-90, 90)), Angle::degrees(dice(-180, 180))}),
+             {dice(-1, 1), dice(-1, 1), dice(-1, 1)}, 0.01, false};
+  const bool own = seed % 2 == 0, gimbal = seed % 4 < 2, sigma = seed % 3 == 1;
+  Time t(Duration(1'533'430'844'000'000'000 + dice.whole(0, 999'999'999)));
+  std::vector<StampedPose> poses;
+  std::vector<StampedRotation> rotations;
+  for (int i = 0; i < 12; ++i) {
+    StampedPose p{t, {dice.rotation(), Point<World>{{dice(-5e4, 5e4), dice(-5e4, 5e4), dice(-500, -10)}}}, std::nullopt};
+    if (sigma) p.sigma = PoseSigma{{dice(0, 1), dice(0, 1), dice(0, 1)}, {dice(0, 0.1), dice(0, 0.1), dice(0, 0.1)}};
+    poses.push_back(p);
+    rotations.push_back({t, dice.rotation()});
+    t += Duration(dice.whole(1, 1'000'000'000));
+  }
+  if (gimbal) f.gimbal_reference = seed % 8 < 4 ? GimbalReference::Body : GimbalReference::NorthEastDown;
+  for (int i = 0; i < 5; ++i) {
+    ImageFrame frame;
+    frame.name = "frame_" + std::to_string(i) + ".png";
+    frame.captured_at = poses[static_cast<std::size_t>(2 * i)].time + (own ? Duration{0} : Duration(1234567));
+    if (seed % 5 == 0) {
+      frame.received_at = *frame.captured_at + std::chrono::milliseconds(50);
+      frame.counter = static_cast<std::uint64_t>(1000 + i);
+    }
+    if (own) frame.own_pose = poses[static_cast<std::size_t>(2 * i)];
+    if (own && gimbal) frame.own_gimbal = rotations[static_cast<std::size_t>(2 * i)].rotation;
+    cv::Mat image(48, 64, seed % 2 ? CV_16UC1 : CV_8UC3);
+    cv::theRNG().state = static_cast<std::uint64_t>(seed * 100 + i);
+    cv::randu(image, 0, seed % 2 ? 65536 : 256);
+    frame.load = [image](const ImageRequest&) -> Result<cv::Mat> { return image; };
+    f.frames.push_back(frame);
+  }
+  if (!own) {
+    f.trajectory = Trajectory::make(poses).value();
+    if (gimbal) f.gimbal = RotationTrack::make(rotations).value();
+  }
+  const bool geoid = seed % 3 == 2;
+  const double above = dice(-30, 30);
+  f.sea_level = SeaLevel{[geoid, above](const Geodetic& p) -> Result<double> {
+                           if (!geoid) return above;
+                           WATERSKY_TRY(const double n, egm96_above_ellipsoid_m(p.latitude, p.longitude));
+                           return n + above;
+                         },
+                         "given", seed % 2 ? 0.5 : 0.0};
+  f.readout_s = seed % 2 ? 0.03 : 0.0;
+  return f;
+}
+
+TEST(FlightFolder, WhatIsWrittenIsReadBack) {
+  const TemporaryFolder folder;
+  for (int seed = 0; seed < 24; ++seed) {
+    const Flight before = random_flight(seed);
+    const auto path = folder.path() / std::to_string(seed);
+    const auto left_out = write_flight_folder(before, path);
+    ASSERT_TRUE(left_out) << left_out.error().message;
+    EXPECT_THAT(*left_out, SizeIs(0));
+    const auto after = read_flight(path);
+    ASSERT_TRUE(after) << after.error().message;
+    EXPECT_THAT(after->notes, SizeIs(0));
+    ASSERT_EQ(after->frames.size(), before.frames.size());
+    EXPECT_EQ(after->calibration.description, before.calibration.description);
+    EXPECT_EQ(after->calibration.focal_sigma_px, before.calibration.focal_sigma_px);
+    EXPECT_LT((after->camera.camera_matrix() - before.camera.camera_matrix()).norm(), 1e-9);
+    EXPECT_EQ(after->camera.distortion(), before.camera.distortion());
+    EXPECT_EQ(after->mount.lever_arm_m, before.mount.lever_arm_m);
+    EXPECT_NEAR(after->mount.sigma_rad, before.mount.sigma_rad, 1e-15);
+    EXPECT_EQ(after->readout_s, before.readout_s);
+    EXPECT_EQ(after->sea_level->sigma_m, before.sea_level->sigma_m);
+    for (std::size_t i = 0; i < before.frames.size(); ++i) {
+      const ImageFrame& a = before.frames[i];
+      const ImageFrame& b = after->frames[i];
+      EXPECT_EQ(b.name, a.name);
+      EXPECT_EQ(b.captured_at, a.captured_at);
+      EXPECT_EQ(b.received_at, a.received_at);
+      EXPECT_EQ(b.counter, a.counter);
+      EXPECT_EQ(cv::norm(a.load({}).value(), b.load({}).value(), cv::NORM_INF), 0) << "pixels changed";
+      const auto pa = before.camera_pose(a, std::chrono::seconds(2)).value();
+      const auto pb = after->camera_pose(b, std::chrono::seconds(2)).value();
+      EXPECT_EQ(pb.time, pa.time);
+      EXPECT_LT((pb.world_from_camera.origin().v - pa.world_from_camera.origin().v).norm(), 1e-6) << seed;
+      EXPECT_LT((pb.sea_from_camera.origin().v - pa.sea_from_camera.origin().v).norm(), 1e-6) << seed;
+      EXPECT_LT(angle_between(pb.world_from_camera.rotation(), pa.world_from_camera.rotation()).radians(), 1e-7);
+      EXPECT_EQ(pb.sigma.has_value(), pa.sigma.has_value());
+      if (pa.sigma) {
+        EXPECT_LT((pb.sigma->position_north_east_down_m - pa.sigma->position_north_east_down_m).norm(), 1e-12);
+        EXPECT_LT((pb.sigma->roll_pitch_yaw_rad - pa.sigma->roll_pitch_yaw_rad).norm(), 1e-12);
+      }
+    }
+  }
+}
+
+TEST(FlightFolder, FramesTakenInTheSameSecondKeepTheirOwnPoses) {
+  Flight f = random_flight(0);
+  for (ImageFrame& frame : f.frames) frame.captured_at = f.frames[0].captured_at;
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_flight_folder(f, folder.path() / "x"));
+  const Flight after = read_flight(folder.path() / "x").value();
+  for (std::size_t i = 0; i < f.frames.size(); ++i) {
+    const auto pose = after.trajectory.at(*after.frames[i].captured_at, Duration{0}).value();
+    EXPECT_LT((pose.world_from_body.origin().v - f.frames[i].own_pose->world_from_body.origin().v).norm(), 1e-9);
+  }
+}
+
+TEST(FlightFolder, IsWrittenWholeOrNotAtAllAndNeverOver) {
+  const TemporaryFolder folder;
+  Flight f = random_flight(1);
+  ASSERT_TRUE(write_flight_folder(f, folder.path() / "x"));
+  EXPECT_EQ(write_flight_folder(f, folder.path() / "x").error().code, ErrorCode::Exists);
+  // A sea that is neither of the kinds a file can hold.
+  f.sea_level->height_ellipsoid_m = [](const Geodetic& p) -> Result<double> { return 100 * std::sin(50 * p.latitude.radians()); };
+  EXPECT_EQ(write_flight_folder(f, folder.path() / "y").error().code, ErrorCode::Unsupported);
+  std::size_t entries = 0;
+  for ([[maybe_unused]] const auto& e : std::filesystem::directory_iterator(folder.path())) ++entries;
+  EXPECT_EQ(entries, 1u);
+}
+
+TEST(FlightFolder, AFrameWhoseImageCannotBeReadIsLeftOutWithTheReason) {
+  Flight f = random_flight(1);
+  f.frames[2].load = [](const ImageRequest&) -> Result<cv::Mat> { return Error{ErrorCode::InvalidInput, "cut short"}; };
+  const TemporaryFolder folder;
+  const auto left_out = write_flight_folder(f, folder.path() / "x", {.images = StoredImages::Jpeg}).value();
+  ASSERT_THAT(left_out, SizeIs(1));
+  EXPECT_EQ(left_out[0].reason, "cut short");
+  EXPECT_EQ(read_flight(folder.path() / "x")->frames.size(), 4u);
+}
+
+/// A folder of text files and one image, as a person would make it.
+struct HandMade {
+  TemporaryFolder folder;
+  const std::string yaml =
+      "camera: camera.yaml\n"
+      "mount: {roll_deg: 0, pitch_deg: -90, yaw_deg: 0, x_m: 0, y_m: 0, z_m: 0}   # camera in body\n"
+      "datum: {lat_deg: 78.9, lon_deg: 11.9, height_ellipsoid_m: 30.0, x_azimuth_deg: 0}\n"
+      "sea_above_datum_m: -30.0\nreadout_s: 0.0\ndelay_s: 0.25\n";
+  HandMade() {
+    write(folder.path() / "camera.yaml", std::string("image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: [60., 0., 31.5, 0., 60., 23.5, 0., 0., 1.]}\n"));
+    poses("time_s,lat_deg,lon_deg,height_ellipsoid_m,roll_deg,pitch_deg,yaw_deg\n10,78.9,11.9,130,0,0,90\n11,78.9,11.9,130,0,0,90\n");
+    frames("file,captured_s,received_s\na.jpg,,10.75\n");
+    write(folder.path() / "images/a.jpg", watersky::test::make_photo({}));
+    write(folder.path() / "flight.yaml", yaml);
+  }
+  void poses(const std::string& text) const { write(folder.path() / "poses.csv", text); }
+  void frames(const std::string& text) const { write(folder.path() / "frames.csv", text); }
+  [[nodiscard]] Result<Flight> read(const ReadOptions& options = {}) const { return read_flight(folder.path(), options); }
+  [[nodiscard]] std::string error() const {
+    const auto flight = read();
+    return flight ? "no error" : flight.error().message;
+  }
+};
+
+TEST(FlightFolder, ReadsWhatTheDesignShows) {
+  const HandMade made;
+  const auto flight = made.read();
+  ASSERT_TRUE(flight) << flight.error().message;
+  const auto pose = flight->camera_pose(flight->frames[0], std::chrono::seconds(2)).value();
+  EXPECT_EQ(pose.time, Time(std::chrono::milliseconds(10500)));  // arrived 0.25 s late
+  EXPECT_NEAR(-pose.sea_from_camera.origin().v.z(), 130, 1e-9);  // the sea is 0 m above the ellipsoid
+  const Eigen::Vector3d top = (pose.sea_from_camera * Vector<Camera>{{0, -1, 0}}).v;
+  EXPECT_NEAR(top.y(), 1, 1e-9);  // yaw 90: image top east
+  EXPECT_FALSE(flight->mount.assumed);
+}
+
+TEST(FlightFolder, BadPosesNameTheirLineAndTheRemedy) {
+  const HandMade made;
+  const std::string head = "time_s,north_m,east_m,down_m,qw,qx,qy,qz\n";
+  made.poses(head + "1,0,0,-9,1,0,0,0\n2,0,0,-9,1,0,0,0\n2,0,0,-9,1,0,0,0\n");
+  EXPECT_THAT(made.error(), AllOf(HasSubstr("poses.csv:4: has the same time as poses.csv:3"), HasSubstr("remove")));
+  made.poses(head + "1,0,0,-9,1,0,0,0\n0.5,0,0,-9,1,0,0,0\n");
+  EXPECT_THAT(made.error(), AllOf(HasSubstr("poses.csv:3: is earlier"), HasSubstr("sort")));
+  made.poses(head + "nan,0,0,-9,1,0,0,0\n");
+  EXPECT_THAT(made.error(), HasSubstr("poses.csv:2: time_s is \"nan\""));
+  made.poses(head + "1,0,nan,-9,1,0,0,0\n");
+  EXPECT_THAT(made.error(), HasSubstr("poses.csv:2: east_m is \"nan\""));
+  made.poses(head + "1,0,0,-9,2,0,0,0\n");
+  EXPECT_THAT(made.error(), HasSubstr("no rotation"));
+  made.poses("time_s,north_m\n1,2\n");
+  EXPECT_THAT(made.error(), HasSubstr("no column east_m"));
+  made.poses("time_s,lat_deg,lon_deg,height_ellipsoid_m,roll_deg,pitch_deg,yaw_deg\n1,91,0,0,0,0,0\n");
+  EXPECT_THAT(made.error(), HasSubstr("poses.csv:2: is no place"));
+  made.poses(head.substr(0, head.size() - 1) + ",sigma_north_m\n1,0,0,-9,1,0,0,0,1\n");
+  EXPECT_THAT(made.error(), HasSubstr("not all six"));
+}
+
+TEST(FlightFolder, BadFramesNameTheirLineAndTheRemedy) {
+  const HandMade made;
+  made.frames("file,captured_s\na.jpg,10.5\na.jpg,10.6\n");
+  EXPECT_THAT(made.error(), HasSubstr("frames.csv:3: a.jpg is listed twice"));
+  made.frames("file,captured_s\na.jpg,soon\n");
+  EXPECT_THAT(made.error(), HasSubstr("frames.csv:2: captured_s is \"soon\""));
+  made.frames("file\na.jpg\n");
+  EXPECT_THAT(made.error(), HasSubstr("neither captured_s nor received_s"));
+  made.frames("file,captured_s\n");
+  EXPECT_THAT(made.error(), HasSubstr("lists no frame"));
+  made.frames("file,captured_s\nabsent.jpg,10.5\na.jpg,10.5\n");
+  const Flight flight = made.read().value();
+  EXPECT_EQ(flight.frames.size(), 1u);
+  ASSERT_THAT(flight.left_out, SizeIs(1));
+  EXPECT_EQ(flight.left_out[0].file, "absent.jpg");
+}
+
+TEST(FlightFolder, ImagesThatContradictTheCalibrationOrEachOtherAreRefused) {
+  const HandMade made;
+  watersky::test::Photo other;
+  other.width_px = 50;
+  write(made.folder.path() / "images/b.jpg", watersky::test::make_photo(other));
+  made.frames("file,captured_s\na.jpg,10.5\nb.jpg,10.6\n");
+  EXPECT_THAT(made.error(), AllOf(HasSubstr("two cameras are mixed"), HasSubstr("a.jpg"), HasSubstr("b.jpg")));
+  made.frames("file,captured_s\nb.jpg,10.6\n");
+  EXPECT_THAT(made.error(), AllOf(HasSubstr("64x48"), HasSubstr("50x48")));
+}
+
+TEST(FlightFolder, BadYamlNamesItsKey) {
+  const HandMade made;
+  const auto with = [&](const std::string& text) {
+    write(made.folder.path() / "flight.yaml", text);
+    return made.error();
+  };
+  EXPECT_THAT(with("datum: {lat_deg: x, lon_deg: 0, height_ellipsoid_m: 0}\n"), HasSubstr("lat_deg must be a number"));
+  EXPECT_THAT(with("datum: {lat_deg: 1, lon_deg: 0}\n"), HasSubstr("lacks height_ellipsoid_m"));
+  EXPECT_THAT(with("mount: 3\n"), HasSubstr("mount must hold"));
+  EXPECT_THAT(with("a: [1\n"), HasSubstr("no valid YAML"));
+  EXPECT_THAT(with("gimbal_frame: up\n"), HasSubstr("body or north"));
+  EXPECT_THAT(with("gimbal_frame: body\n"), HasSubstr("no gimbal.csv"));
+  EXPECT_THAT(with("delay_s: .nan\n"), HasSubstr("delay_s"));
+  EXPECT_THAT(with(""), HasSubstr("flight.yaml"));
+  write(made.folder.path() / "flight.yaml", made.yaml + "speling: 1\n");
+  EXPECT_THAT(made.read()->notes, Contains(HasSubstr("speling")));
+}
+
+TEST(FlightFolder, WhatIsMissingIsNotGuessed) {
+  const HandMade made;
+  write(made.folder.path() / "flight.yaml", std::string("camera: camera.yaml\n"));
+  Flight flight = made.read().value();
+  EXPECT_FALSE(flight.sea_level);
+  EXPECT_TRUE(flight.mount.assumed);
+  EXPECT_THAT(flight.notes, Contains(HasSubstr("no datum")));
+  made.poses("time_s,north_m,east_m,down_m,qw,qx,qy,qz\n1,0,0,-9,1,0,0,0\n");
+  EXPECT_THAT(made.error(), HasSubstr("names no datum"));
+  write(made.folder.path() / "flight.yaml", made.yaml);
+  ReadOptions options;
+  options.sea_level = SeaLevelOption{SeaReference::TakeOff, 0};
+  EXPECT_THAT(made.read(options).error().message, HasSubstr("take-off"));
+  write(made.folder.path() / "gimbal.csv", std::string("time_s,roll_deg,pitch_deg,yaw_deg\n1,0,0,0\n"));
+  EXPECT_THAT(made.error(), HasSubstr("gimbal_frame"));
+}
+
+TEST(FlightFolder, BrightonBeachSurvivesBecomingOne) {
+  const auto data = watersky::test::real_data("brighton_beach");
+  if (!data) GTEST_SKIP() << "the real data is not here";
+  ReadOptions options;
+  options.sea_level = SeaLevelOption{SeaReference::TakeOff, -5};
+  Flight before = read_flight(*data, options).value();
+  before.frames.resize(2);
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_flight_folder(before, folder.path() / "x", {.images = StoredImages::Jpeg}));
+  const Flight after = read_flight(folder.path() / "x").value();
+  for (std::size_t i = 0; i < 2; ++i) {
+    const auto a = before.camera_pose(before.frames[i], Duration{0}).value();
+    const auto b = after.camera_pose(after.frames[i], Duration{0}).value();
+    EXPECT_LT((a.sea_from_camera.origin().v - b.sea_from_camera.origin().v).norm(), 1e-6);
+    EXPECT_LT(angle_between(a.sea_from_camera.rotation(), b.sea_from_camera.rotation()).radians(), 1e-7);
+  }
+}
+
+}  // namespace
+}  // namespace watersky

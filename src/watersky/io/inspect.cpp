@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/io/inspect.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "watersky/camera/calibration_file.hpp"
+#include "watersky/io/camera_table.hpp"
+#include "watersky/io/csv.hpp"
+#include "watersky/io/files.hpp"
+#include "watersky/io/exif.hpp"
+#include "watersky/io/image_file.hpp"
+#include "watersky/io/read_flight.hpp"
+#include "watersky/wire/tlog.hpp"
+
+namespace watersky {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::string size_text(int width_px, int height_px) {
+  return std::to_string(width_px) + "x" + std::to_string(height_px);
+}
+
+void add_place(Inspection& out, double latitude_deg, double longitude_deg) {
+  if (!out.extent) out.extent.emplace();
+  out.extent->add(latitude_deg, longitude_deg);
+}
+
+void add_time(Inspection& out, Time t) {
+  out.first = out.first ? std::min(*out.first, t) : t;
+  out.last = out.last ? std::max(*out.last, t) : t;
+}
+
+/// Of n samples over a span: n - 1 intervals.
+void add_rate(Inspection& out, const std::string& what, std::size_t n, Time first, Time last) {
+  if (n > 1 && last > first) out.rates_hz[what] = static_cast<double>(n - 1) / to_seconds(last - first);
+}
+
+Result<Inspection> inspect_tlog(const fs::path& file) {
+  WATERSKY_TRY(const auto bytes, read_bytes(file));
+  Inspection out;
+  out.kind = "tlog";
+  struct Seen {
+    std::size_t n = 0;
+    Time first, last;
+  };
+  std::map<std::string, Seen> seen;
+  std::map<std::string, std::size_t> systems;
+  mavlink::TlogReader reader(bytes);
+  while (const auto record = reader.next()) {
+    const mavlink::Frame& f = record->frame;
+    Seen& s = seen[f.info ? std::string(f.info->name) : "message_" + std::to_string(f.message_id)];
+    if (s.n++ == 0) s.first = record->received_at;
+    s.last = record->received_at;
+    ++systems[std::to_string(f.system) + "/" + std::to_string(f.component)];
+    add_time(out, record->received_at);
+    constexpr std::uint32_t kGlobalPositionInt = 33;
+    if (f.info && f.message_id == kGlobalPositionInt) {
+      const mavlink::Message m(f);
+      const double lat = m.number("lat") * 1e-7, lon = m.number("lon") * 1e-7;
+      if (lat != 0 || lon != 0) add_place(out, lat, lon);
+    }
+  }
+  if (seen.empty())
+    return Error{ErrorCode::InvalidInput, file.string() + ": holds no MAVLink message; is it a .tlog?"};
+  for (const auto& [name, s] : seen) {
+    out.counts[name] = s.n;
+    add_rate(out, name, s.n, s.first, s.last);
+  }
+  for (const auto& [id, n] : systems) out.facts["system/component " + id] = std::to_string(n) + " messages";
+  if (reader.skipped_bytes() > 0)
+    out.notes.push_back(std::to_string(reader.skipped_bytes()) + " bytes in " + std::to_string(reader.gaps()) +
+                        " places are no MAVLink");
+  if (reader.truncated_bytes() > 0) out.notes.emplace_back("the log ends in the middle of a message");
+  return out;
+}
+
+Result<Inspection> inspect_image(const fs::path& file) {
+  WATERSKY_TRY(const PhotoMetadata m, read_photo_metadata(file));
+  Inspection out;
+  out.kind = "photograph";
+  out.counts["frames"] = 1;
+  out.facts["size"] = size_text(m.width_px, m.height_px);
+  if (!m.camera_name().empty()) out.facts["camera"] = m.camera_name();
+  const auto number = [&](const char* name, const std::optional<double>& x) {
+    if (x) out.facts[name] = format_number(*x);
+  };
+  number("focal_length_mm", m.focal_length_mm);
+  number("relative_altitude_m", m.relative_altitude_m);
+  number("absolute_altitude_m", m.absolute_altitude_m ? m.absolute_altitude_m : m.gps_altitude_m);
+  const auto angles = [&](const char* name, const std::optional<YawPitchRoll>& a) {
+    if (a)
+      out.facts[name] = format_number(a->roll.degrees()) + ", " + format_number(a->pitch.degrees()) + ", " +
+                        format_number(a->yaw.degrees());
+  };
+  angles("gimbal_roll_pitch_yaw_deg", m.gimbal);
+  angles("flight_roll_pitch_yaw_deg", m.flight);
+  if (m.latitude) add_place(out, m.latitude->degrees(), m.longitude->degrees());
+  if (const auto utc = m.utc()) {
+    add_time(out, *utc);
+  } else if (m.taken_local) {
+    add_time(out, *m.taken_local);
+    out.notes.emplace_back("the camera's clock names no time zone: its time may not be UTC");
+  }
+  if (const auto intrinsics = intrinsics_from(m))
+    out.facts["intrinsics"] = intrinsics->source.description;
+  else
+    out.notes.push_back(intrinsics.error().message);
+  return out;
+}
+
+Result<Inspection> inspect_calibration(const fs::path& file) {
+  WATERSKY_TRY(const CameraModel camera, read_calibration(file));
+  Inspection out;
+  out.kind = "calibration";
+  out.facts["size"] = size_text(camera.width_px(), camera.height_px());
+  out.facts["lens"] = camera.lens() == LensModel::Fisheye ? "fisheye" : "pinhole";
+  out.facts["focal_px"] = format_number(camera.focal_px());
+  out.facts["distorts"] = camera.distorts() ? "yes" : "no";
+  return out;
+}
+
+Result<Inspection> inspect_csv(const fs::path& file) {
+  WATERSKY_TRY(const std::string text, read_text(file));
+  WATERSKY_TRY(const CsvTable table, CsvTable::parse(text, file.string()));
+  Inspection out;
+  out.kind = "csv";
+  out.counts["rows"] = table.rows();
+  std::string columns;
+  for (const std::string& c : table.columns()) columns += (columns.empty() ? "" : ",") + c;
+  out.facts["columns"] = columns;
+  if (const auto column = table.column("time_s")) {
+    for (std::size_t row = 0; row < table.rows(); ++row) {
+      WATERSKY_TRY(const Time t, table.time(row, *column));
+      add_time(out, t);
+    }
+    if (out.first) add_rate(out, "rows", table.rows(), *out.first, *out.last);
+  }
+  return out;
+}
+
+Result<Inspection> inspect_recording(const fs::path& folder) {
+  WATERSKY_TRY(const RecordingKind kind, recording_kind(folder));
+  // Nothing is mapped here: photographs of an unknown camera are told of all the same.
+  auto flight = read_flight(folder);
+  ReadOptions any_focal;
+  any_focal.focal_px = 1000.0;
+  std::string no_intrinsics;
+  if (!flight && flight.error().code == ErrorCode::NotFound) {
+    if (auto again = read_flight(folder, any_focal)) {
+      no_intrinsics = flight.error().message;
+      flight = std::move(again);
+    }
+  }
+  if (!flight) return flight.error();
+
+  Inspection out;
+  out.kind = kind == RecordingKind::FlightFolder         ? "flight_folder"
+             : kind == RecordingKind::PhotographsWithLog ? "photographs_with_log"
+                                                         : "photographs";
+  out.counts["frames"] = flight->frames.size();
+  out.counts["left_out"] = flight->left_out.size();
+  const auto& poses = flight->trajectory.poses();
+  out.counts["poses"] = poses.size();
+  if (flight->gimbal_reference) out.counts["gimbal_attitudes"] = flight->gimbal.rotations().size();
+  const auto add_pose = [&](const StampedPose& pose) {
+    const Geodetic g = flight->datum.geodetic(pose.world_from_body.origin());
+    add_place(out, g.latitude.degrees(), g.longitude.degrees());
+  };
+  std::optional<Time> first_frame, last_frame;
+  std::size_t timed = 0;
+  for (const ImageFrame& frame : flight->frames) {
+    if (frame.own_pose) {
+      add_pose(*frame.own_pose);
+      ++out.counts["poses"];
+    }
+    const auto time = frame.captured_at ? frame.captured_at : frame.received_at;
+    if (!time) continue;
+    ++timed;
+    first_frame = first_frame ? std::min(*first_frame, *time) : *time;
+    last_frame = last_frame ? std::max(*last_frame, *time) : *time;
+    add_time(out, *time);
+  }
+  if (first_frame) add_rate(out, "frames", timed, *first_frame, *last_frame);
+  for (const StampedPose& pose : poses) {
+    add_pose(pose);
+    add_time(out, pose.time);
+  }
+  if (!poses.empty()) add_rate(out, "poses", poses.size(), poses.front().time, poses.back().time);
+  out.facts["size"] = size_text(flight->camera.width_px(), flight->camera.height_px());
+  out.facts["intrinsics"] = no_intrinsics.empty() ? flight->calibration.description : "not known";
+  out.facts["sea_level"] = flight->sea_level ? flight->sea_level->description : "not known; give --sea-level";
+  out.notes = flight->notes;
+  if (!no_intrinsics.empty()) out.notes.push_back(no_intrinsics);
+  for (const LeftOut& l : flight->left_out) out.notes.push_back(l.file + ": left out, " + l.reason);
+  return out;
+}
+
+}  // namespace
+
+void Inspection::Extent::add(double latitude_deg, double longitude_deg) {
+  south_deg = std::min(south_deg, latitude_deg);
+  north_deg = std::max(north_deg, latitude_deg);
+  west_deg = std::min(west_deg, longitude_deg);
+  east_deg = std::max(east_deg, longitude_deg);
+}
+
+Result<Inspection> inspect(const fs::path& path) {
+  std::error_code ec;
+  if (!fs::exists(path, ec))
+    return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
+  const std::string extension = lower_extension(path);
+  auto out = fs::is_directory(path, ec)                                               ? inspect_recording(path)
+             : extension == ".tlog"                                                   ? inspect_tlog(path)
+             : is_image_file(path)                                                    ? inspect_image(path)
+             : extension == ".csv"                                                    ? inspect_csv(path)
+             : extension == ".yaml" || extension == ".yml" || extension == ".xml"     ? inspect_calibration(path)
+                 : Result<Inspection>(Error{ErrorCode::Unsupported,
+                                            path.string() + ": is nothing that we can read; give a flight folder, a folder of "
+                                                            "photographs, an image, a .tlog, a calibration or a .csv"});
+  if (out) out->name = fs::absolute(path).lexically_normal().filename().string();
+  return out;
+}
+
+nlohmann::json to_json(const Inspection& inspection) {
+  nlohmann::json json;
+  json["kind"] = inspection.kind;
+  json["name"] = inspection.name;
+  json["counts"] = inspection.counts;
+  json["rates_hz"] = inspection.rates_hz;
+  json["time"] = nullptr;
+  if (inspection.first)
+    json["time"] = {{"first", to_iso8601(*inspection.first)},
+                    {"last", to_iso8601(*inspection.last)},
+                    {"first_s", to_seconds(*inspection.first)},
+                    {"last_s", to_seconds(*inspection.last)},
+                    {"span_s", to_seconds(*inspection.last - *inspection.first)}};
+  json["extent"] = nullptr;
+  if (const auto& e = inspection.extent)
+    json["extent"] = {{"south_deg", e->south_deg}, {"west_deg", e->west_deg}, {"north_deg", e->north_deg}, {"east_deg", e->east_deg}};
+  json["facts"] = inspection.facts;
+  json["notes"] = inspection.notes;
+  return json;
+}
+
+}  // namespace watersky
