@@ -168,7 +168,10 @@ Status write_products(const Products& products, const fs::path& out, const Write
     return Error{ErrorCode::OutOfRange, out.string() + ": not written: no cell of the map was seen"};
   const fs::path target = folder_of(out);
   const fs::path parent = target.parent_path();
-  const std::string tag = "." + std::to_string(::getpid());
+  const std::string id = std::to_string(::getpid());
+  const auto beside = [&](const char* what) {
+    return parent / std::string(".").append(target.filename().string()).append(what).append(id);
+  };
 
   // Folders above OUT that are missing are made, and taken back if the rest fails.
   fs::path first_made;
@@ -178,7 +181,7 @@ Status write_products(const Products& products, const fs::path& out, const Write
   fs::create_directories(parent, error);
   if (error) return refused(out, error);
 
-  Scratch scratch(parent / ("." + target.filename().string() + ".part" + tag));
+  Scratch scratch(beside(".part."));
   fs::create_directory(scratch.path(), error);
   if (error) return refused(out, error);
   if (const Status written = run_tasks(tasks_for(products), scratch.path(), options.threads, progress); !written) {
@@ -191,7 +194,7 @@ Status write_products(const Products& products, const fs::path& out, const Write
 
   // An earlier run is moved aside until the new one stands in its place.
   if (fs::exists(target)) {
-    const fs::path aside = parent / ("." + target.filename().string() + ".old" + tag);
+    const fs::path aside = beside(".old.");
     fs::rename(target, aside, error);
     if (error) return refused(out, error);
     fs::rename(scratch.path(), target, error);
