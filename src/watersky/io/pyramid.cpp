@@ -2,6 +2,7 @@
 #include "watersky/io/pyramid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -48,37 +49,42 @@ cv::Mat mean_of_known(const cv::Mat& raster) {
   return half;
 }
 
+/// The mean of four pixels, two channels at a time in one word.
+std::uint32_t mean_of_four(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) {
+  constexpr std::uint32_t kPair = 0x00ff00ff;
+  constexpr std::uint32_t kHalf = 0x00020002;
+  const std::uint32_t even = (a & kPair) + (b & kPair) + (c & kPair) + (d & kPair) + kHalf;
+  const std::uint32_t odd = ((a >> 8) & kPair) + ((b >> 8) & kPair) + ((c >> 8) & kPair) +
+                            ((d >> 8) & kPair) + kHalf;
+  return ((even >> 2) & kPair) | (((odd >> 2) & kPair) << 8);
+}
+
+/// The same of those that were seen.
+std::uint32_t mean_of_seen(const std::array<std::uint32_t, 4>& cells) {
+  std::array<std::uint32_t, 3> sum{};
+  std::uint32_t count = 0;
+  for (const std::uint32_t cell : cells) {
+    if ((cell >> 24) == 0) continue;
+    for (unsigned channel = 0; channel < 3; ++channel) sum[channel] += (cell >> (8 * channel)) & 255;
+    ++count;
+  }
+  if (count == 0) return 0;
+  return sum[0] / count | (sum[1] / count) << 8 | (sum[2] / count) << 16 | 0xff000000U;
+}
+
 cv::Mat mean_color(const cv::Mat& bgra) {
   cv::Mat half((bgra.rows + 1) / 2, (bgra.cols + 1) / 2, CV_8UC4);
   const int last = bgra.cols - 1;
   for (int r = 0; r < half.rows; ++r) {
-    const cv::Vec4b* upper = bgra.ptr<cv::Vec4b>(2 * r);
-    const cv::Vec4b* lower = bgra.ptr<cv::Vec4b>(std::min(2 * r + 1, bgra.rows - 1));
-    cv::Vec4b* to = half.ptr<cv::Vec4b>(r);
+    const auto* upper = bgra.ptr<std::uint32_t>(2 * r);
+    const auto* lower = bgra.ptr<std::uint32_t>(std::min(2 * r + 1, bgra.rows - 1));
+    auto* to = half.ptr<std::uint32_t>(r);
     for (int c = 0; c < half.cols; ++c) {
       const int left = 2 * c;
       const int right = std::min(2 * c + 1, last);
-      const cv::Vec4b cells[4] = {upper[left], upper[right], lower[left], lower[right]};
-      int blue = 0;
-      int green = 0;
-      int red = 0;
-      int count = 0;
-      for (const cv::Vec4b& x : cells) {
-        const int seen = x[3] != 0 ? 1 : 0;
-        blue += seen * x[0];
-        green += seen * x[1];
-        red += seen * x[2];
-        count += seen;
-      }
-      if (count == 4) {
-        to[c] = cv::Vec4b(static_cast<std::uint8_t>((blue + 2) / 4), static_cast<std::uint8_t>((green + 2) / 4),
-                          static_cast<std::uint8_t>((red + 2) / 4), 255);
-      } else if (count > 0) {
-        to[c] = cv::Vec4b(static_cast<std::uint8_t>(blue / count), static_cast<std::uint8_t>(green / count),
-                          static_cast<std::uint8_t>(red / count), 255);
-      } else {
-        to[c] = cv::Vec4b(0, 0, 0, 0);
-      }
+      const std::array<std::uint32_t, 4> cells = {upper[left], upper[right], lower[left], lower[right]};
+      const bool all = ((cells[0] & cells[1] & cells[2] & cells[3]) >> 24) == 255;
+      to[c] = all ? mean_of_four(cells[0], cells[1], cells[2], cells[3]) : mean_of_seen(cells);
     }
   }
   return half;

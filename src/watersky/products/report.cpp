@@ -27,7 +27,8 @@ std::string element(const char* name, const std::string& inner) {
 
 std::string gradient(Ramp ramp) {
   std::string stops;
-  for (const RampStop& s : ramp) stops += "," + hex(s.color) + " " + number(100 * s.at, 0) + "%";
+  for (const RampStop& s : ramp)
+    stops.append(",").append(hex(s.color)).append(" ").append(number(100 * s.at, 0)).append("%");
   return "linear-gradient(90deg" + stops + ")";
 }
 
@@ -40,6 +41,14 @@ std::size_t iceberg_candidates(const Products& products) {
       std::count_if(products.objects.begin(), products.objects.end(), [](const ice::IceObject& o) {
         return o.kind == ice::ObjectKind::IcebergCandidate;
       }));
+}
+
+double track_length_m(const Products& products) {
+  const std::vector<TrackPoint> track = aircraft_track(products);
+  double length_m = 0;
+  for (std::size_t i = 1; i < track.size(); ++i)
+    length_m += (track[i].easting_northing_m - track[i - 1].easting_northing_m).norm();
+  return length_m;
 }
 
 std::string title(const Products& products, const FrameFigures& frames) {
@@ -67,6 +76,7 @@ std::string cards(const Products& products, const FrameFigures& frames) {
                      products.left_out.empty() ? "none left out" : std::to_string(products.left_out.size()) + " left out, see below") +
          figure_card("Ground sample distance", metres(frames.median_gsd_m), "median; up to " + number(frames.max_off_nadir_deg, 1) + "° off nadir") +
          figure_card("Height above the sea", level ? metres(frames.max_height_m) : number(frames.min_height_m, 1) + " to " + metres(frames.max_height_m), escaped(products.sea_level)) +
+         figure_card("Flown over the map", metres(track_length_m(products)), "in " + number(std::isfinite(frames.first_s) ? frames.last_s - frames.first_s : 0, 0) + " s, first to last frame") +
          "</dl>";
 }
 
@@ -99,6 +109,9 @@ std::string map_section(const Products& products, const std::string& svg) {
          "<span class=\"key\">" + escaped(products.projection.name()) + ", WGS-84</span></figcaption></figure></section>";
 }
 
+/// As a tick says it: 0.71, 5.7, 64.
+std::string short_number(double value) { return number(value, value < 0.95 ? 2 : value < 9.5 ? 1 : 0); }
+
 std::string histogram(const ice::FloeStatistics& floes) {
   constexpr double kWidth = 640;
   constexpr double kHeight = 200;
@@ -106,13 +119,13 @@ std::string histogram(const ice::FloeStatistics& floes) {
   double most = 0;
   for (const ice::SizeBin& bin : floes.bins)
     most = std::max({most, static_cast<double>(bin.count) / static_cast<double>(floes.count), bin.area_m2 / floes.area_m2});
-  const double top = most > 0.5 ? 1.0 : most > 0.25 ? 0.5 : most > 0.1 ? 0.25 : 0.1;
+  const double top = most > 0.8 ? 1.0 : most > 0.4 ? 0.8 : most > 0.2 ? 0.4 : 0.2;
   std::string svg = "<svg class=\"chart\" role=\"img\" aria-label=\"Floe sizes\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"-46 -14 " +
                     number(kWidth + 60, 0) + " " + number(kHeight + 62, 0) + "\">";
   for (int i = 0; i <= 4; ++i) {
     const std::string y = number(kHeight * (1 - i / 4.0), 1);
     svg += "<path class=\"grid\" d=\"M0," + y + "H" + number(kWidth, 0) + "\"/><text x=\"-6\" y=\"" + y +
-           "\" dy=\"4\" text-anchor=\"end\">" + number(100 * top * i / 4, top < 0.2 ? 1 : 0) + "%</text>";
+           "\" dy=\"4\" text-anchor=\"end\">" + number(100 * top * i / 4, 0) + " %</text>";
   }
   const std::size_t every = floes.bins.size() / 10 + 1;
   for (std::size_t i = 0; i < floes.bins.size(); ++i) {
@@ -128,7 +141,7 @@ std::string histogram(const ice::FloeStatistics& floes) {
            bar("by-count", static_cast<double>(bin.count) / static_cast<double>(floes.count), 0.1) +
            bar("by-area", bin.area_m2 / floes.area_m2, 0.52) + "</g>";
     if (i % every == 0)
-      svg += "<text x=\"" + number(x, 1) + "\" y=\"" + number(kHeight + 18, 0) + "\" text-anchor=\"middle\">" + rounded(bin.from_m) + "</text>";
+      svg += "<text x=\"" + number(x, 1) + "\" y=\"" + number(kHeight + 18, 0) + "\" text-anchor=\"middle\">" + short_number(bin.from_m) + "</text>";
   }
   return svg + "<text x=\"" + number(kWidth / 2, 0) + "\" y=\"" + number(kHeight + 40, 0) +
          "\" text-anchor=\"middle\">diameter of the circle of equal area, m</text></svg>";
@@ -154,8 +167,8 @@ std::string iceberg_section(const Products& products) {
   std::string html = "<section><h2>Iceberg candidates</h2>";
   if (candidates == 0)
     return html + "<p>None: no piece of ice is alone, compact and seen whole.</p></section>";
-  html += "<p>Pieces with at least " + metres(products.object_parameters.isolation_gap_m) +
-          " of water around them, compact and seen whole. Without their height or temperature they cannot be told from small floes.</p>"
+  html += "<p>Pieces with at least " + short_number(products.object_parameters.isolation_gap_m) +
+          " m of water around them, compact and seen whole. Without their height or temperature they cannot be told from small floes.</p>"
           "<div class=\"scroll\"><table><thead><tr><th>No.</th><th>Latitude</th><th>Longitude</th><th>Size</th><th class=\"n\">Length</th>"
           "<th class=\"n\">Width</th><th class=\"n\">Area</th><th class=\"n\">P(ice)</th><th class=\"n\">Looks</th><th>Last seen</th></tr></thead><tbody>";
   std::size_t rows = 0;

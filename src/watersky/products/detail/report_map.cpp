@@ -56,7 +56,8 @@ std::string path_of(const std::vector<Eigen::Vector2d>& points, bool closed) {
   Eigen::Vector2d last(1e300, 1e300);
   for (std::size_t i = 0; i < points.size(); ++i) {
     if ((points[i] - last).norm() < 1.0 && i + 1 < points.size()) continue;
-    d += (d.empty() ? "M" : "L") + xy(points[i]);
+    d += d.empty() ? 'M' : 'L';
+    d += xy(points[i]);
     last = points[i];
   }
   return closed && !d.empty() ? d + "Z" : d;

@@ -14,7 +14,8 @@ constexpr const char* kCss = R"css(
 @media print{:root{--paper:#fff;--ground:#fff;--ink:#000;--soft:#444;--line:#bbb;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00}}
 *{box-sizing:border-box}
 body{margin:0;background:var(--ground);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;-webkit-print-color-adjust:exact;print-color-adjust:exact}
-header{background:linear-gradient(180deg,#0a1a2e 0%,#14304c 45%,#41677f 82%,#9db9c4 100%);color:#f4f8fb;padding:2.2rem 1.2rem 2.6rem}
+header{background:linear-gradient(180deg,#0a1a2e 0%,#14304c 45%,#41677f 82%,#9db9c4 100%);color:#f4f8fb;padding:2.2rem 0 2.9rem}
+header>div{padding:0 1.2rem}
 header>div,main,footer{max-width:1080px;margin:0 auto}
 header h1{margin:.1rem 0 .5rem;font-size:2rem;line-height:1.15;font-weight:650;overflow-wrap:anywhere}
 header p{margin:.1rem 0}
@@ -72,8 +73,8 @@ details{margin:.35rem 0}summary{cursor:pointer}
 ul{margin:.2rem 0;padding-left:1.2rem}
 .files{columns:16rem;font-size:.86rem;color:var(--soft)}
 footer{padding:.4rem 1.2rem 2rem;color:var(--soft);font-size:.84rem}
-@media (max-width:640px){svg.map text{font-size:23px}.map .scale,.map .north{display:none}header h1{font-size:1.5rem}section{padding:.9rem}main{padding:0 .6rem}.cards{grid-template-columns:1fr 1fr}.card dd{font-size:1.15rem}}
-@media print{header{color:#000;background:none;padding-bottom:.5rem}.switches{display:none}section,.card{break-inside:avoid;border-color:#bbb}.cards{margin-top:.5rem}svg.map{max-height:none}.scroll{overflow:visible}}
+@media (max-width:640px){svg.map text{font-size:23px}.map .scale,.map .north{display:none}header h1{font-size:1.5rem}section{padding:.9rem}main{padding:0 .6rem}header>div{padding:0 .9rem}.cards{grid-template-columns:1fr 1fr}.card dd{font-size:1.15rem}}
+@media print{header{color:#000;background:none;padding:0 0 .5rem}.switches{display:none}section,.card{break-inside:avoid;border-color:#bbb}.cards{margin-top:.5rem}svg.map{max-height:none}.scroll{overflow:visible}}
 )css";
 
 void replace_all(std::string& text, const std::string& what, const std::string& with) {
