@@ -117,14 +117,14 @@ Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool pi
 Status write_geotiff(const std::filesystem::path& path, const cv::Mat& raster,
                      const RasterPlace& place, const RasterText& text) {
   if (raster.empty() ||
-      (raster.type() != CV_32F && raster.type() != CV_64F && raster.type() != CV_16U))
+      (raster.type() != CV_32F && raster.type() != CV_64F && raster.type() != CV_16U && raster.type() != CV_8U))
     return Error{ErrorCode::Unsupported,
-                 path.string() + ": a raster must have cells, of one 32 or 64 bit float or one 16 bit count"};
+                 path.string() + ": a raster must have cells, of one 32 or 64 bit float, one 16 bit count or one 8 bit class"};
   GdalSession gdal;
   const DatasetPtr source = view_of(raster, {{0, GCI_GrayIndex}});
   if (!source || !describe(*source, place, text)) return gdal.error(path);
   GDALRasterBand& band = *source->GetRasterBand(1);
-  band.SetNoDataValue(raster.type() == CV_16U ? 0.0 : std::nan(""));
+  band.SetNoDataValue(raster.type() == CV_16U ? 0.0 : raster.type() == CV_8U ? 255.0 : std::nan(""));
   band.SetDescription(utf8(text.description).c_str());
   band.SetUnitType(text.unit.c_str());
   const std::vector<cv::Mat> levels = pyramid(raster, kTileSide);

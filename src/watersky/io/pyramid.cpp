@@ -96,6 +96,7 @@ cv::Mat halved(const cv::Mat& raster) {
   switch (raster.type()) {
     case CV_32F: return mean_of_known(raster);
     case CV_8UC4: return mean_color(raster);
+    case CV_8U: return thinned<std::uint8_t>(raster);
     case CV_16U: return thinned<std::uint16_t>(raster);
     default: WATERSKY_REQUIRE(raster.type() == CV_64F); return thinned<double>(raster);
   }

@@ -8,7 +8,7 @@ namespace watersky {
 
 /// Half the size, rounded up; a cell stands for up to 2 x 2. CV_32F: mean of those not NaN, NaN
 /// when all are. CV_8UC4: mean colour of those seen (fourth channel not 0), seen when any is.
-/// CV_16U and CV_64F: the north-west one.
+/// CV_8U, CV_16U and CV_64F: the north-west one.
 [[nodiscard]] cv::Mat halved(const cv::Mat& raster);
 
 /// Halved until the longer side is at most `max_side`, each step kept; empty when it already is.

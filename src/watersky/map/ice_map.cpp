@@ -36,6 +36,17 @@ class EvidenceImage {
     return top + fv * (bottom - top);
   }
 
+  /// Adds the values at a line of positions, and counts those that are known.
+  void add_line(const float* u, const float* v, int count, float* sum, int* known) const {
+    for (int i = 0; i < count; ++i) {
+      if (u[i] == CellSampler::kUnseen) continue;
+      const float value = at(u[i], v[i]);
+      const bool is_known = value == value;
+      sum[i] += is_known ? value : 0.0F;
+      known[i] += is_known;
+    }
+  }
+
  private:
   const float* data_;
   std::size_t stride_;
@@ -96,23 +107,20 @@ Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) 
   const float lowest = -limit - prior_log_odds_, highest = limit - prior_log_odds_;
   const double time_s = to_seconds(time);
 
+  std::vector<float> sums;
+  std::vector<int> knowns;
   for (int r = view.box.first_row; r < view.box.end_row(); ++r) {
     const CellSampler::Row row = sampler.row(r);
+    if (row.columns == 0) continue;
+    sums.assign(static_cast<std::size_t>(row.columns), 0.0F);
+    knowns.assign(static_cast<std::size_t>(row.columns), 0);
+    for (int k = 0; k < samples; ++k) image.add_line(row.u_plane(k), row.v_plane(k), row.columns, sums.data(), knowns.data());
+
     int tile_column = std::numeric_limits<int>::min();
     Tile* tile = nullptr;
     const std::size_t line = static_cast<std::size_t>(r - tile_of(r) * kTileCells) * kTileCells;
     for (int i = 0; i < row.columns; ++i) {
-      const float* u = row.u + static_cast<std::ptrdiff_t>(i) * samples;
-      const float* v = row.v + static_cast<std::ptrdiff_t>(i) * samples;
-      float sum = 0;
-      int known = 0;
-      for (int k = 0; k < samples; ++k) {
-        if (u[k] == CellSampler::kUnseen) continue;
-        const float value = image.at(u[k], v[k]);
-        if (std::isnan(value)) continue;
-        sum += value;
-        ++known;
-      }
+      const int known = knowns[static_cast<std::size_t>(i)];
       if (known * 2 < samples || known == 0) continue;
       const int column = row.first_column + i;
       if (const int t = tile_of(column); t != tile_column) {
@@ -121,7 +129,7 @@ Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) 
       }
       const std::size_t cell = line + static_cast<std::size_t>(column - tile_column * kTileCells);
       float& l = tile->evidence[cell];
-      l = std::clamp(l + sum / static_cast<float>(known), lowest, highest);
+      l = std::clamp(l + sums[static_cast<std::size_t>(i)] / static_cast<float>(known), lowest, highest);
       std::uint16_t& looks = tile->looks[cell];
       if (looks != std::numeric_limits<std::uint16_t>::max()) ++looks;
       double& seen = tile->last_seen_s[cell];

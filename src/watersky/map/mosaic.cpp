@@ -31,7 +31,7 @@ void add_sample(const cv::Mat& image, float u, float v, std::array<int, 3>& sum)
 }  // namespace
 
 Mosaic::Tile::Tile()
-    : bgr(kCellsInTile, cv::Vec3b()), distance_m(kCellsInTile, std::numeric_limits<float>::infinity()) {}
+    : bgr(kCellsInTile, cv::Vec3b()), distance2_m2(kCellsInTile, std::numeric_limits<float>::infinity()) {}
 
 Status Mosaic::add(const GridView& view, const cv::Mat& image) {
   if (image.depth() != CV_8U || (image.channels() != 1 && image.channels() != 3))
@@ -39,7 +39,8 @@ Status Mosaic::add(const GridView& view, const cv::Mat& image) {
   if (image.cols != view.camera.width_px() || image.rows != view.camera.height_px())
     return Error{ErrorCode::InvalidInput, "the image's size contradicts the camera"};
   const bool color = image.channels() == 3;
-  CellSampler sampler(view, 0);
+  // Pictures are for looking at: the nearest whole number of samples is enough.
+  CellSampler sampler(view, std::clamp(static_cast<int>(std::lround(view.pixels_per_cell)), 1, 16));
   const int samples = sampler.samples_per_cell();
   for (int r = view.box.first_row; r < view.box.end_row(); ++r) {
     const CellSampler::Row row = sampler.row(r);
@@ -52,27 +53,26 @@ Status Mosaic::add(const GridView& view, const cv::Mat& image) {
     const std::size_t line = static_cast<std::size_t>(r - tile_of(r) * kTileCells) * kTileCells;
     for (int i = 0; i < row.columns; ++i) {
       const int column = row.first_column + i;
-      const auto distance = static_cast<float>((first + i * step).norm());
+      const auto distance = static_cast<float>((first + i * step).squaredNorm());
       if (const int t = tile_of(column); t != tile_column) {
         tile_column = t;
         const auto found = tiles_.find(TileIndex{t, tile_of(r)});
         tile = found == tiles_.end() ? nullptr : &found->second;
       }
       const std::size_t cell = line + static_cast<std::size_t>(column - tile_column * kTileCells);
-      if (tile && tile->distance_m[cell] <= distance) continue;
+      if (tile && tile->distance2_m2[cell] <= distance) continue;
 
-      const float* u = row.u + static_cast<std::ptrdiff_t>(i) * samples;
-      const float* v = row.v + static_cast<std::ptrdiff_t>(i) * samples;
       std::array<int, 3> sum{};
       int known = 0;
       for (int k = 0; k < samples; ++k) {
-        if (u[k] == CellSampler::kUnseen) continue;
-        color ? add_sample<3>(image, u[k], v[k], sum) : add_sample<1>(image, u[k], v[k], sum);
+        const float u = row.u_plane(k)[i], v = row.v_plane(k)[i];
+        if (u == CellSampler::kUnseen) continue;
+        color ? add_sample<3>(image, u, v, sum) : add_sample<1>(image, u, v, sum);
         ++known;
       }
       if (known * 2 < samples || known == 0) continue;
       if (!tile) tile = &tiles_[TileIndex{tile_column, tile_of(r)}];
-      tile->distance_m[cell] = distance;
+      tile->distance2_m2[cell] = distance;
       const int scale = known * 1024, half = scale / 2;
       const auto mean = [&](std::size_t k) { return static_cast<std::uint8_t>((sum[k] + half) / scale); };
       tile->bgr[cell] = color ? cv::Vec3b(mean(0), mean(1), mean(2)) : cv::Vec3b::all(mean(0));
@@ -91,7 +91,7 @@ cv::Mat Mosaic::bgra(const CellBox& box) const {
       for (int c = c_from; c < c_to; ++c) {
         const std::size_t cell =
             static_cast<std::size_t>(r - row0) * kTileCells + static_cast<std::size_t>(c - column0);
-        if (!std::isfinite(tile.distance_m[cell])) continue;
+        if (!std::isfinite(tile.distance2_m2[cell])) continue;
         const cv::Vec3b& p = tile.bgr[cell];
         out(r - box.first_row, c - box.first_column) = {p[0], p[1], p[2], 255};
       }

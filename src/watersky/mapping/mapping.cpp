@@ -8,7 +8,6 @@
 #include <deque>
 #include <future>
 #include <map>
-#include <numbers>
 #include <opencv2/imgproc.hpp>
 
 namespace watersky {
@@ -38,11 +37,12 @@ struct PreparedFrame {
   double ice_fraction = 0.0;
 };
 
-/// The strongest reduction while decoding that still leaves a cell its own pixels: with fewer
-/// than √2 along an edge, cells that lie askew would share them.
+/// The strongest reduction while decoding that still leaves a cell more than one pixel: then
+/// what a cell shows is decided by its own pixels, wherever they fall.
 int choose_reduction(double pixels_per_cell) {
+  constexpr double kLeast = 1.25;
   int reduction = 1;
-  while (reduction < 8 && pixels_per_cell / (2 * reduction) >= std::numbers::sqrt2) reduction *= 2;
+  while (reduction < 8 && pixels_per_cell / (2 * reduction) >= kLeast) reduction *= 2;
   return reduction;
 }
 
@@ -78,20 +78,22 @@ cv::Mat displayable(const cv::Mat& image) {
 cv::Mat to_evidence(const cv::Mat& p_ice, double prior, double& ice_fraction) {
   cv::Mat out(p_ice.size(), CV_32F);
   const auto prior_log_odds = static_cast<float>(log_odds(prior));
-  // Segmenters that classify return two values only: remember the last conversion.
-  float last_p = -1.0F, last_l = 0.0F;
+  // Segmenters that classify return two values only: remember the last two conversions.
+  std::array<std::pair<float, float>, 2> remembered{{{-1.0F, 0.0F}, {-2.0F, 0.0F}}};
   std::size_t ice = 0, known = 0;
   for (int v = 0; v < p_ice.rows; ++v) {
     const float* p = p_ice.ptr<float>(v);
     float* l = out.ptr<float>(v);
     for (int u = 0; u < p_ice.cols; ++u) {
-      if (p[u] != last_p) {
-        last_p = p[u];
-        const double clamped = std::clamp(static_cast<double>(p[u]), 1e-6, 1 - 1e-6);
-        last_l = std::isnan(p[u]) ? p[u] : static_cast<float>(log_odds(clamped)) - prior_log_odds;
+      if (p[u] != remembered[0].first) {
+        std::swap(remembered[0], remembered[1]);
+        if (p[u] != remembered[0].first) {
+          const double clamped = std::clamp(static_cast<double>(p[u]), 1e-6, 1 - 1e-6);
+          remembered[0] = {p[u], std::isnan(p[u]) ? p[u] : static_cast<float>(log_odds(clamped)) - prior_log_odds};
+        }
       }
-      l[u] = last_l;
-      known += !std::isnan(p[u]);
+      l[u] = remembered[0].second;
+      known += p[u] == p[u];
       ice += p[u] > 0.5F;
     }
   }

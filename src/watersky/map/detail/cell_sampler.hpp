@@ -17,21 +17,24 @@ class CellSampler {
 
   [[nodiscard]] int samples_per_cell() const { return per_edge_ * per_edge_; }
 
+  /// One row of cells: samples_per_cell() planes of `columns` entries each, so that loops run
+  /// along the row.
   struct Row {
     int first_column = 0;
     int columns = 0;
-    /// samples_per_cell() entries a cell; kUnseen in u where the sample is not in the image, is
-    /// behind the camera, or beyond the grazing limit.
     const float* u = nullptr;
     const float* v = nullptr;
+    [[nodiscard]] const float* u_plane(int sample) const { return u + static_cast<std::ptrdiff_t>(sample) * columns; }
+    [[nodiscard]] const float* v_plane(int sample) const { return v + static_cast<std::ptrdiff_t>(sample) * columns; }
   };
+  /// In u where a sample is not in the image, is behind the camera, or beyond the grazing limit.
   static constexpr float kUnseen = -1e9F;
 
   /// The cells of one row of the grid that the footprint touches; none when columns is 0.
   [[nodiscard]] Row row(int grid_row);
 
  private:
-  void project_line(double first_x, double step_x, double y, int count, int offset, int stride);
+  void project_line(double first_x, double y, int count, float* u, float* v) const;
 
   const GridView& view_;
   int per_edge_;
