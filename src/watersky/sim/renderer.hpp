@@ -2,8 +2,8 @@
 #pragma once
 /// What a camera over a virtual sea records.
 ///
-/// Each pixel is `supersampling`² rays (more when the camera moves during the exposure). A ray
-/// meets the curved sea surface, finds ice or water there without any raster in between, and
+/// Each pixel is `supersampling`² rays in a turned grid, as many again for each instant that a
+/// moving camera's exposure is divided into. A ray meets the curved sea surface, finds ice or water there without any raster in between, and
 /// carries their brightness through the fog. The lens's blur acts on the rays, then the pixel
 /// averages, then come vignetting, fixed pattern, noise and quantisation.
 #include <Eigen/Core>
@@ -75,13 +75,14 @@ class Renderer {
  public:
   /// Usage for a parameter out of its range or a bit depth that is neither 8 nor 16. The ice
   /// moves over the ground with `drift_north_east_m_s`, and is where `sea` has it at second 0.
-  [[nodiscard]] static Result<Renderer> make(const Sea& sea, const LensParameters& lens,
+  [[nodiscard]] static Result<Renderer> make(const SeaScene& sea, const LensParameters& lens,
                                              const SensorParameters& sensor, std::uint64_t seed,
                                              const Eigen::Vector2d& drift_north_east_m_s);
 
   /// The relative brightness that reaches each pixel (CV_32F), before vignetting and noise. Time
   /// is that of the middle row's middle of exposure. The blur sees the image mirrored at its
-  /// border. Ray directions are linear within a pixel: below 1e-3 px for any sane lens.
+  /// border. Within a pixel, places on the sea are linear in the pixel's coordinates: at nadir
+  /// off by less than 1e-3 px, at 3° grazing by 1e-2 px.
   [[nodiscard]] cv::Mat brightness(const ScenePoseAt& pose, double t_s) const;
 
   /// The picture: CV_8U or CV_16U, one or three (BGR) channels. `frame` seeds its noise.
@@ -91,13 +92,13 @@ class Renderer {
   struct Ray {
     float x, y, z;
   };
-  Renderer(const Sea& sea, const LensParameters& lens, const SensorParameters& sensor,
+  Renderer(const SeaScene& sea, const LensParameters& lens, const SensorParameters& sensor,
            std::uint64_t seed, const Eigen::Vector2d& drift);
   void trace_row(const ScenePose& pose, double t_s, int row, float weight, cv::Mat& rays) const;
   [[nodiscard]] int exposures(const ScenePoseAt& pose, double t_s) const;
   [[nodiscard]] float texture(double north, double east, unsigned offset) const;
 
-  Sea sea_;
+  SeaScene sea_;
   LensParameters lens_;
   SensorParameters sensor_;
   std::uint64_t seed_;

@@ -20,8 +20,8 @@ struct SeaParameters {
   double floe_min_m = 2.5;
   double floe_max_m = 70.0;
   double floe_gap_m = 0.5;
-  int isolated_count = 40;
-  double isolated_exponent = 1.2;
+  int isolated_count = 60;
+  double isolated_exponent = 0.8;
   double isolated_min_m = 1.0;
   double isolated_max_m = 15.0;
   double isolation_gap_m = 4.0;
@@ -51,7 +51,7 @@ struct SeaParameters {
 /// The sea of these parameters, at latitude 0, longitude 0. The same parameters give the same
 /// sea. Usage for a parameter out of its range; OutOfRange when so much ice does not fit, with
 /// the concentration that did.
-[[nodiscard]] Result<Sea> make_sea(const SeaParameters& parameters);
+[[nodiscard]] Result<SeaScene> make_sea(const SeaParameters& parameters);
 
 /// `not_easy`: at least 30 % of the ice area in floes below 20 m, isolated objects scattered in it,
 /// one lead; the sea of the acceptance figures, do not change it. `pack`: dense ice crossed by
