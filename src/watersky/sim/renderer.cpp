@@ -46,7 +46,7 @@ cv::Mat make_texture(std::uint64_t seed) {
 
 }  // namespace
 
-Result<Renderer> Renderer::make(const SeaScene& sea, const LensParameters& lens,
+Result<Renderer> Renderer::make(const Sea& sea, const LensParameters& lens,
                                 const SensorParameters& sensor, std::uint64_t seed,
                                 const Eigen::Vector2d& drift) {
   WATERSKY_CHECK(validate(lens));
@@ -56,7 +56,7 @@ Result<Renderer> Renderer::make(const SeaScene& sea, const LensParameters& lens,
   return Renderer(sea, lens, sensor, seed, drift);
 }
 
-Renderer::Renderer(const SeaScene& sea, const LensParameters& lens, const SensorParameters& sensor,
+Renderer::Renderer(const Sea& sea, const LensParameters& lens, const SensorParameters& sensor,
                    std::uint64_t seed, const Eigen::Vector2d& drift)
     : sea_(sea), lens_(lens), sensor_(sensor), seed_(seed), drift_(drift) {
   const SeaSurface surface(sea.anchor());

@@ -75,14 +75,14 @@ class Renderer {
  public:
   /// Usage for a parameter out of its range or a bit depth that is neither 8 nor 16. The ice
   /// moves over the ground with `drift_north_east_m_s`, and is where `sea` has it at second 0.
-  [[nodiscard]] static Result<Renderer> make(const SeaScene& sea, const LensParameters& lens,
+  [[nodiscard]] static Result<Renderer> make(const Sea& sea, const LensParameters& lens,
                                              const SensorParameters& sensor, std::uint64_t seed,
                                              const Eigen::Vector2d& drift_north_east_m_s);
 
   /// The relative brightness that reaches each pixel (CV_32F), before vignetting and noise. Time
   /// is that of the middle row's middle of exposure. The blur sees the image mirrored at its
-  /// border. Within a pixel, places on the sea are linear in the pixel's coordinates: at nadir
-  /// off by less than 1e-3 px, at 3° grazing by 1e-2 px.
+  /// border. Within a pixel, places on the sea are linear in the pixel's coordinates: with θ the
+  /// ray's angle from straight down, that is off by at most tan θ / (5 focal_px) pixels.
   [[nodiscard]] cv::Mat brightness(const ScenePoseAt& pose, double t_s) const;
 
   /// The picture: CV_8U or CV_16U, one or three (BGR) channels. `frame` seeds its noise.
@@ -92,13 +92,13 @@ class Renderer {
   struct Ray {
     float x, y, z;
   };
-  Renderer(const SeaScene& sea, const LensParameters& lens, const SensorParameters& sensor,
+  Renderer(const Sea& sea, const LensParameters& lens, const SensorParameters& sensor,
            std::uint64_t seed, const Eigen::Vector2d& drift);
   void trace_row(const ScenePose& pose, double t_s, int row, float weight, cv::Mat& rays) const;
   [[nodiscard]] int exposures(const ScenePoseAt& pose, double t_s) const;
   [[nodiscard]] float texture(double north, double east, unsigned offset) const;
 
-  SeaScene sea_;
+  Sea sea_;
   LensParameters lens_;
   SensorParameters sensor_;
   std::uint64_t seed_;

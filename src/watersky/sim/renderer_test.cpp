@@ -44,7 +44,7 @@ ScenePoseAt still(const ScenePose& pose) {
   return [pose](double) { return pose; };
 }
 
-Renderer make(const SeaScene& sea, const LensParameters& lens, const SensorParameters& sensor,
+Renderer make(const Sea& sea, const LensParameters& lens, const SensorParameters& sensor,
               std::uint64_t seed = 1, const Eigen::Vector2d& drift = {0.0, 0.0}) {
   return Renderer::make(sea, lens, sensor, seed, drift).value();
 }
@@ -53,7 +53,7 @@ Renderer make(const SeaScene& sea, const LensParameters& lens, const SensorParam
 // 8 m north and 6 m to 11 m east spans columns 40 + 12 = 52 to 62 and rows 30 - 16 = 14 to 22,
 // between pixel centres: the outermost columns and rows are half covered, the corner a quarter.
 TEST(Renderer, ShowsTheNorthEastCornerWhereAHandCalculationPutsIt) {
-  const SeaScene sea = SeaScene::from_outlines({{{4, 6}, {8, 6}, {8, 11}, {4, 11}}}, {}, {100, 100}).value();
+  const Sea sea = Sea::from_outlines({{{4, 6}, {8, 6}, {8, 11}, {4, 11}}}, {}, {100, 100}).value();
   const cv::Mat seen = make(sea, small_lens(100.0), bare()).brightness(still(nadir(50.0)), 0.0);
   const auto at = [&](int u, int v) { return seen.at<float>(v, u); };
   EXPECT_NEAR(at(62, 14), 0.25, 1e-5);  // north-east
@@ -69,7 +69,7 @@ TEST(Renderer, ShowsTheNorthEastCornerWhereAHandCalculationPutsIt) {
 // Every pixel of a scene without any symmetry against the drawing; a transpose or a mirror image
 // anywhere fails.
 TEST(Renderer, IsNeitherMirroredNorTransposed) {
-  const SeaScene sea = SeaScene::from_ascii(R"(
+  const Sea sea = Sea::from_ascii(R"(
       ##......
       #...#...
       #.....##
@@ -97,7 +97,7 @@ TEST(Renderer, ShowsDiscsWhereOpenCvProjectsTheirMiddles) {
       disc.emplace_back(0.4 * std::cos(k * 0.15708), 0.4 * std::sin(k * 0.15708));
     const Eigen::Vector2d middle(random.uniform(-6, 6), random.uniform(-6, 6));
     for (Eigen::Vector2d& p : disc) p += middle;
-    const SeaScene sea = SeaScene::from_outlines({disc}, {}, {40, 40}).value();
+    const Sea sea = Sea::from_outlines({disc}, {}, {40, 40}).value();
 
     LensParameters lens = small_lens(130.0);
     lens.k1 = random.uniform(-0.2, 0.1);
@@ -136,7 +136,7 @@ TEST(Renderer, ShowsDiscsWhereOpenCvProjectsTheirMiddles) {
 
 // A step blurred by a Gaussian and by the pixel has the sum of their variances.
 TEST(Renderer, BlursByItsPointSpreadAndThePixelItself) {
-  const SeaScene sea = SeaScene::from_outlines({{{-40, 0.1}, {40, 0.1}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
+  const Sea sea = Sea::from_outlines({{{-40, 0.1}, {40, 0.1}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
   SensorParameters sensor = bare();
   sensor.psf_px = 1.5;
   const cv::Mat seen = make(sea, small_lens(100.0), sensor).brightness(still(nadir(50.0)), 0.0);
@@ -149,7 +149,7 @@ TEST(Renderer, BlursByItsPointSpreadAndThePixelItself) {
 }
 
 TEST(Renderer, FogTakesContrastByTheExponentOfTheSlantRange) {
-  const SeaScene sea = SeaScene::from_outlines({{{-400, 0}, {400, 0}, {400, 400}, {-400, 400}}}, {}, {1000, 1000}).value();
+  const Sea sea = Sea::from_outlines({{{-400, 0}, {400, 0}, {400, 400}, {-400, 400}}}, {}, {1000, 1000}).value();
   SensorParameters sensor = bare();
   sensor.fog_per_m = 0.01;
   sensor.fog_brightness = 0.4;
@@ -168,7 +168,7 @@ TEST(Renderer, MeasuresTheContrastAndNoiseItWasGiven) {
   SeaParameters parameters;
   parameters.extent_north_m = parameters.extent_east_m = 200.0;
   parameters.isolated_count = 5;
-  const SeaScene sea = make_sea(parameters).value();
+  const Sea sea = make_sea(parameters).value();
   for (const bool darker : {false, true}) {
     SensorParameters sensor;  // everything on, as in the acceptance flight
     sensor.ice_darker = darker;
@@ -203,7 +203,7 @@ TEST(Renderer, MeasuresTheContrastAndNoiseItWasGiven) {
 }
 
 TEST(Renderer, RepeatsItselfForTheSameSeedAndFrameOnly) {
-  const SeaScene sea = SeaScene::from_ascii("##..\n#...", 10.0).value();
+  const Sea sea = Sea::from_ascii("##..\n#...", 10.0).value();
   const LensParameters lens = small_lens(100.0);
   const ScenePoseAt pose = still(nadir(50.0));
   const cv::Mat image = make(sea, lens, {}, 5).image(pose, 0.0, 9);
@@ -213,7 +213,7 @@ TEST(Renderer, RepeatsItselfForTheSameSeedAndFrameOnly) {
 }
 
 TEST(Renderer, TextureMakesNeitherIceNorWaterFlat) {
-  const SeaScene sea = SeaScene::from_outlines({{{-90, 0}, {90, 0}, {90, 90}, {-90, 90}}}, {}, {200, 200}).value();
+  const Sea sea = Sea::from_outlines({{{-90, 0}, {90, 0}, {90, 90}, {-90, 90}}}, {}, {200, 200}).value();
   SensorParameters sensor = bare();
   sensor.ice_texture = 0.12;
   sensor.water_texture = 0.06;
@@ -233,7 +233,7 @@ TEST(Renderer, TextureMakesNeitherIceNorWaterFlat) {
 TEST(Renderer, FloesDifferInBrightnessButNotOnAverage) {
   SeaParameters parameters;
   parameters.isolated_count = 5;
-  const SeaScene sea = make_sea(parameters).value();
+  const Sea sea = make_sea(parameters).value();
   SensorParameters sensor = bare();
   sensor.floe_variation = 0.15;
   sensor.supersampling = 1;
@@ -249,7 +249,7 @@ TEST(Renderer, FloesDifferInBrightnessButNotOnAverage) {
 
 // 20 m/s east for 0.1 s is 2 m or 4 pixels: an edge becomes a ramp of 4 pixels.
 TEST(Renderer, SmearsWhatMovesDuringTheExposure) {
-  const SeaScene sea = SeaScene::from_outlines({{{-40, 0}, {40, 0}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
+  const Sea sea = Sea::from_outlines({{{-40, 0}, {40, 0}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
   SensorParameters sensor = bare();
   sensor.exposure_s = 0.1;
   const ScenePoseAt moving = [](double t) { return nadir(50.0, 0.0, 20.0 * t); };
@@ -260,7 +260,7 @@ TEST(Renderer, SmearsWhatMovesDuringTheExposure) {
 
 // Read out in 1 s at 10 m/s east: the first row looks 5 m west of the middle row, 10 pixels.
 TEST(Renderer, RollingShutterShearsTheImageAroundItsMiddleRow) {
-  const SeaScene sea = SeaScene::from_outlines({{{-40, 0}, {40, 0}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
+  const Sea sea = Sea::from_outlines({{{-40, 0}, {40, 0}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
   SensorParameters sensor = bare();
   sensor.readout_s = 1.0;
   const ScenePoseAt moving = [](double t) { return nadir(50.0, 0.0, 10.0 * (t - 7.0)); };
@@ -272,7 +272,7 @@ TEST(Renderer, RollingShutterShearsTheImageAroundItsMiddleRow) {
 }
 
 TEST(Renderer, IceDriftsAndTakesItsTruthWithIt) {
-  const SeaScene sea = SeaScene::from_outlines({{{-5, -5}, {5, -5}, {5, 5}, {-5, 5}}}, {}, {100, 100}).value();
+  const Sea sea = Sea::from_outlines({{{-5, -5}, {5, -5}, {5, 5}, {-5, 5}}}, {}, {100, 100}).value();
   const Renderer renderer = make(sea, small_lens(100.0), bare(), 1, {0.5, 1.0});
   const cv::Moments m = cv::moments(renderer.brightness(still(nadir(50.0)), 4.0));
   EXPECT_NEAR(m.m10 / m.m00, 40.0 + 8.0, 1e-3);  // 4 m east
@@ -280,7 +280,7 @@ TEST(Renderer, IceDriftsAndTakesItsTruthWithIt) {
 }
 
 TEST(Renderer, GivesSixteenBitsAndColourAndDarknessOutsideTheLens) {
-  const SeaScene sea = SeaScene::from_ascii("##..\n#...", 10.0).value();
+  const Sea sea = Sea::from_ascii("##..\n#...", 10.0).value();
   SensorParameters sensor;
   sensor.bits = 16;
   sensor.water_counts = 20000.0;
@@ -299,7 +299,7 @@ TEST(Renderer, GivesSixteenBitsAndColourAndDarknessOutsideTheLens) {
 }
 
 TEST(Renderer, VignettingTakesItsShareInTheCorners) {
-  const SeaScene sea = SeaScene::from_outlines({}, {}, {10, 10}).value();
+  const Sea sea = Sea::from_outlines({}, {}, {10, 10}).value();
   SensorParameters sensor = bare();
   sensor.vignetting = 0.3;
   sensor.supersampling = 1;
@@ -309,7 +309,7 @@ TEST(Renderer, VignettingTakesItsShareInTheCorners) {
 }
 
 TEST(Renderer, SeesSkyAboveTheHorizon) {
-  const SeaScene sea = SeaScene::from_outlines({}, {}, {10, 10}).value();
+  const Sea sea = Sea::from_outlines({}, {}, {10, 10}).value();
   SensorParameters sensor = bare();
   sensor.sky_brightness = 3.0;
   ScenePose pose;  // level, to the north
@@ -327,7 +327,7 @@ TEST(Renderer, ShowsAPictureThatTheSeaBrought) {
       ice.at<unsigned char>(r, c) = c < 3 ? 1 : 0;
       picture.at<unsigned char>(r, c) = static_cast<unsigned char>(c < 3 ? 20 + r : 200 + 3 * c);
     }
-  const SeaScene sea = SeaScene::from_raster(ice, picture, 4.0).value();
+  const Sea sea = Sea::from_raster(ice, picture, 4.0).value();
   SensorParameters sensor = bare();
   const cv::Mat seen = make(sea, small_lens(100.0), sensor).brightness(still(nadir(50.0)), 0.0);
   // Pixel (40 + 8, 30 - 4) sees 2 m north, 4 m east: row 2.5 - 0.5, column 5 - 0.5.

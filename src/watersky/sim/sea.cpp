@@ -13,7 +13,7 @@
 
 namespace watersky::sim {
 
-struct SeaScene::Geometry {
+struct Sea::Geometry {
   Extent extent;
   std::vector<IceObject> objects;
   std::vector<Outline> pieces;
@@ -29,7 +29,7 @@ namespace {
 
 /// An index cell of half a metre holds few edges; a large scene gets larger cells, 16 million at
 /// most.
-double index_cell_m(const SeaScene::Extent& extent) {
+double index_cell_m(const Sea::Extent& extent) {
   return std::max(0.5, std::sqrt(extent.north_m * extent.east_m) / 4096.0);
 }
 
@@ -68,7 +68,7 @@ std::vector<bool> isolated_objects(const cv::Mat& labels, std::size_t count, dou
 
 }  // namespace
 
-Result<SeaScene> SeaScene::from_outlines(std::vector<Outline> outlines, const std::vector<bool>& isolated,
+Result<Sea> Sea::from_outlines(std::vector<Outline> outlines, const std::vector<bool>& isolated,
                                Extent extent, std::vector<Lead> leads) {
   if (!(extent.north_m > 0.0 && extent.east_m > 0.0 && std::isfinite(extent.north_m * extent.east_m)))
     return Error{ErrorCode::InvalidInput, "the scene's extent must be positive"};
@@ -98,10 +98,10 @@ Result<SeaScene> SeaScene::from_outlines(std::vector<Outline> outlines, const st
   geometry->leads = std::move(leads);
   geometry->index = std::make_unique<const SeaIndex>(geometry->pieces, geometry->owners, -half,
                                                      2.0 * half, index_cell_m(extent));
-  return SeaScene(std::move(geometry));
+  return Sea(std::move(geometry));
 }
 
-Result<SeaScene> SeaScene::from_ascii(std::string_view drawing, double cell_m, double isolation_gap_m) {
+Result<Sea> Sea::from_ascii(std::string_view drawing, double cell_m, double isolation_gap_m) {
   std::vector<std::string> lines;
   while (!drawing.empty()) {
     const std::size_t end = std::min(drawing.find('\n'), drawing.size());
@@ -132,7 +132,7 @@ Result<SeaScene> SeaScene::from_ascii(std::string_view drawing, double cell_m, d
   return from_raster(ice, cv::Mat(), cell_m, isolation_gap_m);
 }
 
-Result<SeaScene> SeaScene::from_raster(const cv::Mat& ice, const cv::Mat& picture, double cell_m,
+Result<Sea> Sea::from_raster(const cv::Mat& ice, const cv::Mat& picture, double cell_m,
                              double isolation_gap_m) {
   if (ice.empty() || ice.type() != CV_8UC1)
     return Error{ErrorCode::InvalidInput, "the ice mask must be an 8-bit image of one channel"};
@@ -197,24 +197,24 @@ Result<SeaScene> SeaScene::from_raster(const cv::Mat& ice, const cv::Mat& pictur
     finish(object);
     geometry->objects.push_back(object);
   }
-  return SeaScene(std::move(geometry));
+  return Sea(std::move(geometry));
 }
 
-SeaScene SeaScene::at(const Geodetic& anchor) const {
-  SeaScene moved = *this;
+Sea Sea::at(const Geodetic& anchor) const {
+  Sea moved = *this;
   moved.anchor_ = anchor;
   return moved;
 }
 
-const SeaScene::Extent& SeaScene::extent() const { return geometry_->extent; }
-const std::vector<IceObject>& SeaScene::objects() const { return geometry_->objects; }
-const std::vector<Outline>& SeaScene::pieces() const { return geometry_->pieces; }
-const std::vector<int>& SeaScene::owners() const { return geometry_->owners; }
-const std::vector<Lead>& SeaScene::leads() const { return geometry_->leads; }
-const SeaIndex* SeaScene::index() const { return geometry_->index.get(); }
-bool SeaScene::has_picture() const { return !geometry_->picture.empty(); }
+const Sea::Extent& Sea::extent() const { return geometry_->extent; }
+const std::vector<IceObject>& Sea::objects() const { return geometry_->objects; }
+const std::vector<Outline>& Sea::pieces() const { return geometry_->pieces; }
+const std::vector<int>& Sea::owners() const { return geometry_->owners; }
+const std::vector<Lead>& Sea::leads() const { return geometry_->leads; }
+const SeaIndex* Sea::index() const { return geometry_->index.get(); }
+bool Sea::has_picture() const { return !geometry_->picture.empty(); }
 
-int SeaScene::object_at(double north_m, double east_m) const {
+int Sea::object_at(double north_m, double east_m) const {
   if (geometry_->index) return geometry_->index->object_at(north_m, east_m);
   const double row = (0.5 * geometry_->extent.north_m - north_m) / geometry_->cell_m;
   const double column = (0.5 * geometry_->extent.east_m + east_m) / geometry_->cell_m;
@@ -223,13 +223,13 @@ int SeaScene::object_at(double north_m, double east_m) const {
   return labels.at<int>(static_cast<int>(row), static_cast<int>(column)) - 1;
 }
 
-double SeaScene::concentration() const {
+double Sea::concentration() const {
   double ice = 0.0;
   for (const IceObject& object : objects()) ice += object.area_m2;
   return ice / (extent().north_m * extent().east_m);
 }
 
-float SeaScene::picture_at(double north_m, double east_m) const {
+float Sea::picture_at(double north_m, double east_m) const {
   const cv::Mat& picture = geometry_->picture;
   const double row = std::clamp((0.5 * extent().north_m - north_m) / geometry_->cell_m - 0.5, 0.0,
                                 picture.rows - 1.0);
@@ -244,7 +244,7 @@ float SeaScene::picture_at(double north_m, double east_m) const {
          fr * ((1 - fc) * bottom[c] + fc * bottom[c1]);
 }
 
-Geodetic SeaScene::geodetic(const Eigen::Vector2d& north_east_m) const {
+Geodetic Sea::geodetic(const Eigen::Vector2d& north_east_m) const {
   return geodetic_of(SeaSurface(anchor_).above(north_east_m.x(), north_east_m.y(), 0.0));
 }
 

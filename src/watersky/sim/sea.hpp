@@ -21,7 +21,7 @@ namespace watersky::sim {
 
 /// One connected piece of ice.
 struct IceObject {
-  int id = 0;  ///< its index in SeaScene::objects()
+  int id = 0;  ///< its index in Sea::objects()
   Eigen::Vector2d centre_north_east_m = Eigen::Vector2d::Zero();  ///< centroid of its area
   double area_m2 = 0.0;
   double equivalent_radius_m = 0.0;  ///< of the disc of equal area
@@ -38,7 +38,7 @@ struct Lead {
 class SeaIndex;
 
 /// Immutable; copies share their geometry.
-class SeaScene {
+class Sea {
  public:
   struct Extent {
     double north_m = 0.0;
@@ -48,24 +48,24 @@ class SeaScene {
   /// From outlines that do not overlap, one an object, within the rectangle of `extent` around
   /// (0, 0). `isolated` says which are; empty: none. InvalidInput for an outline of fewer than
   /// three corners, without area, or outside the extent.
-  [[nodiscard]] static Result<SeaScene> from_outlines(std::vector<Outline> outlines,
+  [[nodiscard]] static Result<Sea> from_outlines(std::vector<Outline> outlines,
                                                  const std::vector<bool>& isolated, Extent extent,
                                                  std::vector<Lead> leads = {});
 
   /// From a drawing in which each character is a square of `cell_m`: '#' ice, '.' water. The
   /// first line is the northernmost. Blanks at the ends of lines and empty lines are skipped.
   /// Squares that share a side or a corner are one object.
-  [[nodiscard]] static Result<SeaScene> from_ascii(std::string_view drawing, double cell_m,
+  [[nodiscard]] static Result<Sea> from_ascii(std::string_view drawing, double cell_m,
                                               double isolation_gap_m = 0.0);
 
   /// From a mask (CV_8U, not 0: ice) and, unless empty, the picture it belongs to (8 or 16 bit or
   /// float, one channel, same size), which then is what the camera sees: scaled so that its
   /// mean is 0 over water and 1 over ice. Row 0 is the northernmost, column 0 the westernmost.
-  [[nodiscard]] static Result<SeaScene> from_raster(const cv::Mat& ice, const cv::Mat& picture,
+  [[nodiscard]] static Result<Sea> from_raster(const cv::Mat& ice, const cv::Mat& picture,
                                                double cell_m, double isolation_gap_m = 0.0);
 
   /// The same sea at another place; a new sea is at latitude 0, longitude 0, height 0.
-  [[nodiscard]] SeaScene at(const Geodetic& anchor) const;
+  [[nodiscard]] Sea at(const Geodetic& anchor) const;
   [[nodiscard]] const Geodetic& anchor() const { return anchor_; }
   [[nodiscard]] const Extent& extent() const;
 
@@ -96,7 +96,7 @@ class SeaScene {
  private:
   friend class Renderer;
   struct Geometry;
-  explicit SeaScene(std::shared_ptr<const Geometry> geometry) : geometry_(std::move(geometry)) {}
+  explicit Sea(std::shared_ptr<const Geometry> geometry) : geometry_(std::move(geometry)) {}
   [[nodiscard]] const SeaIndex* index() const;
 
   std::shared_ptr<const Geometry> geometry_;
@@ -107,7 +107,7 @@ class SeaScene {
 /// (column, row), cell (0, 0) being [0, 1) x [0, 1); it need not be affine, but edges of outlines
 /// are taken as straight after it. Rows may run either way.
 template <class Grid>
-[[nodiscard]] cv::Mat ice_fraction(const SeaScene& sea, cv::Size cells, Grid&& grid);
+[[nodiscard]] cv::Mat ice_fraction(const Sea& sea, cv::Size cells, Grid&& grid);
 
 /// Adds outlines given in (column, row) up to exact area shares.
 class AreaCoverage {
@@ -123,7 +123,7 @@ class AreaCoverage {
 };
 
 template <class Grid>
-cv::Mat ice_fraction(const SeaScene& sea, cv::Size cells, Grid&& grid) {
+cv::Mat ice_fraction(const Sea& sea, cv::Size cells, Grid&& grid) {
   AreaCoverage coverage(cells);
   Outline moved;
   for (const Outline& piece : sea.pieces()) {

@@ -191,7 +191,7 @@ std::string percent(double share) { return std::to_string(std::lround(100.0 * sh
 
 }  // namespace
 
-Result<SeaScene> make_sea(const SeaParameters& p) {
+Result<Sea> make_sea(const SeaParameters& p) {
   WATERSKY_CHECK(validate(p));
   if (p.floe_min_m > p.floe_max_m || p.isolated_min_m > p.isolated_max_m)
     return Error{ErrorCode::Usage, "the smallest ice is larger than the largest: check floe_min_m, "
@@ -248,7 +248,7 @@ Result<SeaScene> make_sea(const SeaParameters& p) {
                          " of ice; lower concentration, floe_gap_m or floe_max_m, or enlarge the scene"};
     }
   }
-  return SeaScene::from_outlines(std::move(outlines), isolated, {p.extent_north_m, p.extent_east_m},
+  return Sea::from_outlines(std::move(outlines), isolated, {p.extent_north_m, p.extent_east_m},
                             std::move(leads));
 }
 

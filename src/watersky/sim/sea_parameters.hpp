@@ -51,7 +51,7 @@ struct SeaParameters {
 /// The sea of these parameters, at latitude 0, longitude 0. The same parameters give the same
 /// sea. Usage for a parameter out of its range; OutOfRange when so much ice does not fit, with
 /// the concentration that did.
-[[nodiscard]] Result<SeaScene> make_sea(const SeaParameters& parameters);
+[[nodiscard]] Result<Sea> make_sea(const SeaParameters& parameters);
 
 /// `not_easy`: at least 30 % of the ice area in floes below 20 m, isolated objects scattered in it,
 /// one lead; the sea of the acceptance figures, do not change it. `pack`: dense ice crossed by

@@ -50,8 +50,8 @@ TEST(RandomOutline, IsSimpleOfTheAskedAreaAroundZeroAndLikeNoMirrorImage) {
   }
 }
 
-TEST(SeaScene, AnswersEveryPointAsTheOutlinesDo) {
-  const SeaScene sea = make_sea(small_sea(4)).value();
+TEST(Sea, AnswersEveryPointAsTheOutlinesDo) {
+  const Sea sea = make_sea(small_sea(4)).value();
   Random random(5);
   int ice = 0;
   const auto check = [&](double north, double east) {
@@ -70,10 +70,10 @@ TEST(SeaScene, AnswersEveryPointAsTheOutlinesDo) {
   EXPECT_GT(ice, 2000);
 }
 
-TEST(SeaScene, KeepsTheGapsItPromises) {
+TEST(Sea, KeepsTheGapsItPromises) {
   SeaParameters p = small_sea(6);
   p.isolation_gap_m = 3.0;
-  const SeaScene sea = make_sea(p).value();
+  const Sea sea = make_sea(p).value();
   const auto& pieces = sea.pieces();
   int isolated = 0;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
@@ -88,7 +88,7 @@ TEST(SeaScene, KeepsTheGapsItPromises) {
   EXPECT_EQ(isolated, 8);
 }
 
-TEST(SeaScene, ReachesItsConcentrationAndSaysWhenItCannot) {
+TEST(Sea, ReachesItsConcentrationAndSaysWhenItCannot) {
   for (const double wanted : {0.1, 0.3, 0.5}) {
     SeaParameters p = small_sea(7);
     p.concentration = wanted;
@@ -121,13 +121,13 @@ double exponent_of(const std::vector<double>& d, double low, double high) {
   return a0;
 }
 
-TEST(SeaScene, HasFloesOfTheAskedPowerLaw) {
+TEST(Sea, HasFloesOfTheAskedPowerLaw) {
   for (const double exponent : {1.2, 1.8, 2.5}) {
     SeaParameters p;
     p.floe_exponent = exponent;
     p.concentration = 0.4;
     p.isolated_count = 0;
-    const SeaScene sea = make_sea(p).value();
+    const Sea sea = make_sea(p).value();
     std::vector<double> sizes;
     for (const IceObject& object : sea.objects()) {
       sizes.push_back(2.0 * object.equivalent_radius_m);
@@ -138,18 +138,18 @@ TEST(SeaScene, HasFloesOfTheAskedPowerLaw) {
   }
 }
 
-TEST(SeaScene, IsTheSameForTheSameSeedOnly) {
-  const SeaScene a = make_sea(small_sea(8)).value(), b = make_sea(small_sea(8)).value();
-  const SeaScene c = make_sea(small_sea(9)).value();
+TEST(Sea, IsTheSameForTheSameSeedOnly) {
+  const Sea a = make_sea(small_sea(8)).value(), b = make_sea(small_sea(8)).value();
+  const Sea c = make_sea(small_sea(9)).value();
   ASSERT_EQ(a.pieces().size(), b.pieces().size());
   for (std::size_t i = 0; i < a.pieces().size(); ++i) EXPECT_EQ(a.pieces()[i], b.pieces()[i]);
   EXPECT_NE(a.pieces()[0], c.pieces()[0]);
 }
 
-TEST(SeaScene, LeadsAreOpenFromEndToEnd) {
+TEST(Sea, LeadsAreOpenFromEndToEnd) {
   SeaParameters p = small_sea(10);
   p.lead_width_m = 6.0;
-  const SeaScene sea = make_sea(p).value();
+  const Sea sea = make_sea(p).value();
   ASSERT_EQ(sea.leads().size(), 1u);
   const auto& line = sea.leads()[0].centreline_north_east_m;
   int inside = 0;
@@ -166,7 +166,7 @@ TEST(SeaScene, LeadsAreOpenFromEndToEnd) {
 }
 
 TEST(SeaPreset, NotEasyIsNotEasy) {
-  const SeaScene sea = make_sea(sea_preset("not_easy").value()).value();
+  const Sea sea = make_sea(sea_preset("not_easy").value()).value();
   double small = 0.0, all = 0.0;
   int isolated = 0, isolated_3_m = 0;
   for (const IceObject& object : sea.objects()) {
@@ -187,7 +187,7 @@ TEST(SeaPreset, AllAreMadeAndOthersAreNamed) {
 
 // Area shares against polygon areas, and cell by cell against a fine sampling.
 TEST(IceFraction, AddsUpToTheAreaAndMatchesSampling) {
-  const SeaScene sea = make_sea(small_sea(12)).value();
+  const Sea sea = make_sea(small_sea(12)).value();
   for (const double cell : {0.7, 3.0, 11.0}) {
     const cv::Size cells(static_cast<int>(std::ceil(110 / cell)), static_cast<int>(std::ceil(150 / cell)));
     const cv::Mat share = ice_fraction(sea, cells, [&](const Eigen::Vector2d& p) {
@@ -220,7 +220,7 @@ TEST(IceFraction, OfASquareCutByTheGridIsExact) {
 
 // Neither square nor symmetric: a transpose or a mirror image fails.
 TEST(SeaFromAscii, HasNorthUpAndEastRight) {
-  const SeaScene sea = SeaScene::from_ascii(R"(
+  const Sea sea = Sea::from_ascii(R"(
       ##....
       #...#.
       ......)", 10.0, 5.0).value();
@@ -244,31 +244,31 @@ TEST(SeaFromAscii, HasNorthUpAndEastRight) {
 }
 
 TEST(SeaFromAscii, RefusesWhatIsNotARectangleOfIceAndWater) {
-  EXPECT_NE(SeaScene::from_ascii("##\n#", 1.0).error().message.find("line 2"), std::string::npos);
-  EXPECT_NE(SeaScene::from_ascii("#o", 1.0).error().message.find("'o'"), std::string::npos);
-  EXPECT_FALSE(SeaScene::from_ascii(" \n ", 1.0).ok());
-  EXPECT_FALSE(SeaScene::from_ascii("#", 0.0).ok());
+  EXPECT_NE(Sea::from_ascii("##\n#", 1.0).error().message.find("line 2"), std::string::npos);
+  EXPECT_NE(Sea::from_ascii("#o", 1.0).error().message.find("'o'"), std::string::npos);
+  EXPECT_FALSE(Sea::from_ascii(" \n ", 1.0).ok());
+  EXPECT_FALSE(Sea::from_ascii("#", 0.0).ok());
 }
 
 TEST(SeaFromRaster, ScalesItsPictureToWaterZeroIceOne) {
   const cv::Mat ice = (cv::Mat_<unsigned char>(2, 3) << 1, 0, 0, 2, 0, 0);
   const cv::Mat picture = (cv::Mat_<unsigned short>(2, 3) << 90, 200, 210, 110, 190, 200);
-  const SeaScene sea = SeaScene::from_raster(ice, picture, 2.0).value();
+  const Sea sea = Sea::from_raster(ice, picture, 2.0).value();
   EXPECT_NEAR(sea.picture_at(1.0, -2.0), 1.1, 1e-6);   // (90 - 200) / (100 - 200)
   EXPECT_NEAR(sea.picture_at(0.0, -2.0), 1.0, 1e-6);   // half way
   EXPECT_NEAR(sea.picture_at(1.0, 2.0), -0.1, 1e-6);
   EXPECT_EQ(sea.objects().size(), 1u);
-  EXPECT_FALSE(SeaScene::from_raster(ice, cv::Mat(2, 3, CV_8U, cv::Scalar(7)), 2.0).ok());
-  EXPECT_FALSE(SeaScene::from_raster(ice, cv::Mat(3, 2, CV_8U, cv::Scalar(7)), 2.0).ok());
-  EXPECT_FALSE(SeaScene::from_raster(cv::Mat(), cv::Mat(), 2.0).ok());
+  EXPECT_FALSE(Sea::from_raster(ice, cv::Mat(2, 3, CV_8U, cv::Scalar(7)), 2.0).ok());
+  EXPECT_FALSE(Sea::from_raster(ice, cv::Mat(3, 2, CV_8U, cv::Scalar(7)), 2.0).ok());
+  EXPECT_FALSE(Sea::from_raster(cv::Mat(), cv::Mat(), 2.0).ok());
 }
 
-TEST(SeaScene, RefusesOutlinesThatAreNone) {
-  EXPECT_FALSE(SeaScene::from_outlines({{{0, 0}, {1, 0}}}, {}, {10, 10}).ok());
-  EXPECT_FALSE(SeaScene::from_outlines({{{0, 0}, {1, 0}, {2, 0}}}, {}, {10, 10}).ok());
-  EXPECT_FALSE(SeaScene::from_outlines({{{0, 0}, {1, 0}, {2, 9}}}, {}, {10, 10}).ok());
-  EXPECT_FALSE(SeaScene::from_outlines({{{0, 0}, {1, NAN}, {2, 1}}}, {}, {10, 10}).ok());
-  EXPECT_FALSE(SeaScene::from_outlines({}, {}, {0, 10}).ok());
+TEST(Sea, RefusesOutlinesThatAreNone) {
+  EXPECT_FALSE(Sea::from_outlines({{{0, 0}, {1, 0}}}, {}, {10, 10}).ok());
+  EXPECT_FALSE(Sea::from_outlines({{{0, 0}, {1, 0}, {2, 0}}}, {}, {10, 10}).ok());
+  EXPECT_FALSE(Sea::from_outlines({{{0, 0}, {1, 0}, {2, 9}}}, {}, {10, 10}).ok());
+  EXPECT_FALSE(Sea::from_outlines({{{0, 0}, {1, NAN}, {2, 1}}}, {}, {10, 10}).ok());
+  EXPECT_FALSE(Sea::from_outlines({}, {}, {0, 10}).ok());
 }
 
 // The simulator's own earth against GeographicLib.

@@ -156,11 +156,11 @@ Eigen::Vector2d Truth::drifted(const Eigen::Vector2d& north_east_m, Time time) c
 }
 
 Result<Simulation> simulate(const Scenario& scenario) {
-  WATERSKY_TRY(const SeaScene sea, make_sea(scenario.sea));
+  WATERSKY_TRY(const Sea sea, make_sea(scenario.sea));
   return simulate(scenario, sea);
 }
 
-Result<Simulation> simulate(const Scenario& scenario, const SeaScene& unplaced) {
+Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
   WATERSKY_CHECK(validate(scenario));
   const Geodetic datum_place{Angle::degrees(scenario.datum_lat_deg),
                              Angle::degrees(scenario.datum_lon_deg),
@@ -169,7 +169,7 @@ Result<Simulation> simulate(const Scenario& scenario, const SeaScene& unplaced) 
   Geodetic anchor = geodetic_of(
       datum.origin + datum.axes * Eigen::Vector3d(scenario.scene_north_m, scenario.scene_east_m, 0.0));
   anchor.height_ellipsoid_m = scenario.sea_height_ellipsoid_m;
-  const SeaScene sea = unplaced.at(anchor);
+  const Sea sea = unplaced.at(anchor);
 
   const auto seed = static_cast<std::uint64_t>(scenario.seed);
   const Eigen::Vector2d drift(scenario.drift_north_m_s, scenario.drift_east_m_s);

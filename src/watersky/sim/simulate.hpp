@@ -114,7 +114,7 @@ struct TrueFrame {
 };
 
 struct Truth {
-  SeaScene sea;      ///< at its place, as it is at `start`
+  Sea sea;      ///< at its place, as it is at `start`
   Datum datum;
   Time start;   ///< when the first leg starts
   Eigen::Vector2d drift_north_east_m_s = Eigen::Vector2d::Zero();
@@ -134,7 +134,7 @@ struct Simulation {
 /// Makes the sea and flies over it. Usage for a parameter at fault.
 [[nodiscard]] Result<Simulation> simulate(const Scenario& scenario);
 /// Flies over a given sea, which is moved to the scenario's place; scenario.sea is not used.
-[[nodiscard]] Result<Simulation> simulate(const Scenario& scenario, const SeaScene& sea);
+[[nodiscard]] Result<Simulation> simulate(const Scenario& scenario, const Sea& sea);
 
 /// `not_easy`: nadir, distorting lens, contrast four times the noise; the acceptance flight.
 /// `not_easy_oblique`: the same, 30° from nadir. `far`: the same 40 km from the datum. `fog`:

@@ -92,7 +92,7 @@ TEST(Simulate, ShowsAFloe40KmFromTheDatumWhereTheMissionsGeometryExpectsIt) {
   Outline disc;
   for (int k = 0; k < 48; ++k)
     disc.emplace_back(20.0 + 1.5 * std::cos(k * 0.1309), -12.0 + 1.5 * std::sin(k * 0.1309));
-  const SeaScene sea = SeaScene::from_outlines({disc}, {true}, {200, 200}).value();
+  const Sea sea = Sea::from_outlines({disc}, {true}, {200, 200}).value();
   for (const char* preset : {"not_easy", "far"}) {
     Scenario s = quick(preset);
     s.camera.mount_pitch_deg = -65.0;
@@ -131,7 +131,7 @@ TEST(Simulate, ShowsAFloe40KmFromTheDatumWhereTheMissionsGeometryExpectsIt) {
 
 TEST(Simulate, ObjectsOfTheTruthLieOnTheSeaAroundTheScenesAnchor) {
   const Simulation run = simulate(quick("far")).value();
-  const SeaScene& sea = run.truth.sea;
+  const Sea& sea = run.truth.sea;
   for (const IceObject& object : sea.objects()) {
     const Geodetic by_scene = sea.geodetic(object.centre_north_east_m);
     const Geodetic by_world = run.flight.datum.geodetic(run.truth.world(object.centre_north_east_m));
