@@ -188,12 +188,14 @@ void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
     float ice_here = kNotYet, water_here = kNotYet;
     for (int j = 0; j < s; ++j) {
       float* out = rays.ptr<float>(v * s + j) + static_cast<std::ptrdiff_t>(u) * s;
-      const double b = offset[static_cast<std::size_t>(j)];
-      const double row_north = middle_north + b * down_north - drift_north;
-      const double row_east = middle_east + b * down_east - drift_east;
+      const double oj = offset[static_cast<std::size_t>(j)];
       for (int i = 0; i < s; ++i) {
-        const double a = offset[static_cast<std::size_t>(i)];
-        const double north = row_north + a * right_north, east = row_east + a * right_east;
+        const double oi = offset[static_cast<std::size_t>(i)];
+        // A turned grid: no two rays of a pixel share a row or a column, so an edge along either
+        // is resolved to 1/s² of a pixel, not 1/s.
+        const double a = oi + oj / s, b = oj - oi / s;
+        const double north = middle_north + a * right_north + b * down_north - drift_north;
+        const double east = middle_east + a * right_east + b * down_east - drift_east;
         float seen = 0.0F;
         if (picture) {
           if (std::abs(north) <= half_north && std::abs(east) <= half_east)

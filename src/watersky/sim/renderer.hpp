@@ -2,8 +2,8 @@
 #pragma once
 /// What a camera over a virtual sea records.
 ///
-/// Each pixel is `supersampling`² rays (more when the camera moves during the exposure). A ray
-/// meets the curved sea surface, finds ice or water there without any raster in between, and
+/// Each pixel is `supersampling`² rays in a turned grid, as many again for each instant that a
+/// moving camera's exposure is divided into. A ray meets the curved sea surface, finds ice or water there without any raster in between, and
 /// carries their brightness through the fog. The lens's blur acts on the rays, then the pixel
 /// averages, then come vignetting, fixed pattern, noise and quantisation.
 #include <Eigen/Core>
@@ -81,7 +81,8 @@ class Renderer {
 
   /// The relative brightness that reaches each pixel (CV_32F), before vignetting and noise. Time
   /// is that of the middle row's middle of exposure. The blur sees the image mirrored at its
-  /// border. Ray directions are linear within a pixel: below 1e-3 px for any sane lens.
+  /// border. Within a pixel, places on the sea are linear in the pixel's coordinates: with θ the
+  /// ray's angle from straight down, that is off by at most tan θ / (5 focal_px) pixels.
   [[nodiscard]] cv::Mat brightness(const ScenePoseAt& pose, double t_s) const;
 
   /// The picture: CV_8U or CV_16U, one or three (BGR) channels. `frame` seeds its noise.

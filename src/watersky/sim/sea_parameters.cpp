@@ -234,14 +234,19 @@ Result<Sea> make_sea(const SeaParameters& p) {
   if (wanted_m2 > 0.0) {
     const auto count = static_cast<std::size_t>(std::lround(
         wanted_m2 / mean_area_m2(p.floe_exponent, p.floe_min_m, p.floe_max_m)));
+    // The largest come first. A few that do not fit are left out; more would bend the power law.
+    double left_out_m2 = 0.0;
     for (const double d :
-         power_law_sizes(random, count, p.floe_exponent, p.floe_min_m, p.floe_max_m))
-      add(d, OutlineShape{}, p.floe_gap_m, false);
-    if (ice_m2 < (p.concentration - 0.02) * area_m2)
-      return Error{ErrorCode::OutOfRange,
-                   "only " + percent(ice_m2 / area_m2) + " of the scene could be covered with ice, not " +
-                       percent(p.concentration) +
-                       "; lower concentration, floe_gap_m or floe_min_m, or enlarge the scene"};
+         power_law_sizes(random, count, p.floe_exponent, p.floe_min_m, p.floe_max_m)) {
+      if (add(d, OutlineShape{}, p.floe_gap_m, false)) continue;
+      left_out_m2 += 0.25 * std::numbers::pi * d * d;
+      if (left_out_m2 > 0.02 * area_m2)
+        return Error{ErrorCode::OutOfRange,
+                     "with " + percent(ice_m2 / area_m2) +
+                         " of the scene covered, floes of " + std::to_string(std::lround(d)) +
+                         " m no longer fit, so it cannot hold " + percent(p.concentration) +
+                         " of ice; lower concentration, floe_gap_m or floe_max_m, or enlarge the scene"};
+    }
   }
   return Sea::from_outlines(std::move(outlines), isolated, {p.extent_north_m, p.extent_east_m},
                             std::move(leads));
@@ -253,7 +258,7 @@ Result<SeaParameters> sea_preset(std::string_view name) {
   SeaParameters p;
   if (name == "not_easy") return p;
   if (name == "pack") {
-    p.concentration = 0.66;
+    p.concentration = 0.6;
     p.floe_exponent = 1.5;
     p.floe_min_m = 1.5;
     p.floe_max_m = 110.0;

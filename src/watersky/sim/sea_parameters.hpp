@@ -20,8 +20,8 @@ struct SeaParameters {
   double floe_min_m = 2.5;
   double floe_max_m = 70.0;
   double floe_gap_m = 0.5;
-  int isolated_count = 40;
-  double isolated_exponent = 1.2;
+  int isolated_count = 60;
+  double isolated_exponent = 0.8;
   double isolated_min_m = 1.0;
   double isolated_max_m = 15.0;
   double isolation_gap_m = 4.0;
