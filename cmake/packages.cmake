@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 # The packages of other people that the modules stand on. Each module names those it uses.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-find_package(OpenCV 4.5 REQUIRED COMPONENTS core imgproc imgcodecs calib3d)
+set(WATERSKY_OPENCV_COMPONENTS core imgproc imgcodecs calib3d)
+find_package(OpenCV 4.5 REQUIRED COMPONENTS ${WATERSKY_OPENCV_COMPONENTS})
 find_package(GDAL 3.6 REQUIRED)
 find_package(PROJ 9 REQUIRED CONFIG)
 find_package(yaml-cpp 0.7 REQUIRED)
+find_package(Boost 1.74 REQUIRED)  # headers
 find_package(nlohmann_json 3.11 REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)
@@ -14,7 +16,7 @@ find_package(CLI11 2 REQUIRED)
 find_package(spdlog 1.10 REQUIRED)
 
 # OpenCV's headers as system headers, so that our warnings stay ours.
-foreach(component core imgproc imgcodecs calib3d)
+foreach(component ${WATERSKY_OPENCV_COMPONENTS})
   get_target_property(dirs opencv_${component} INTERFACE_INCLUDE_DIRECTORIES)
   if(dirs)
     set_property(TARGET opencv_${component} APPEND PROPERTY

@@ -50,7 +50,7 @@ class CameraModel {
     return project(Vector<Camera>{p.v});
   }
   /// The unit direction that a pixel sees; nullopt beyond the lens's valid radius. Undoes
-  /// project() to 1e-9 rad.
+  /// project() to 1e-9 rad up to 0.98 of that radius; at the radius itself the slope is 0.
   [[nodiscard]] std::optional<Vector<Camera>> direction(const Pixel& pixel) const;
 
   /// Whether a pixel position lies on the image, half a pixel around the outer centres included.
@@ -61,16 +61,21 @@ class CameraModel {
   /// The same lens on an image of another size; keeps pixel centres: u0' = (u0 + ½)s - ½.
   [[nodiscard]] CameraModel scaled_to(int width_px, int height_px) const;
 
+  /// The same lens on an image reduced by a whole number, each pixel the mean of n x n, as JPEG
+  /// decoders do it: sizes are rounded up, so the last column and row may be partly empty.
+  [[nodiscard]] CameraModel reduced_by(int n) const;
+
   /// The same camera without distortion (an undistorted image's model).
   [[nodiscard]] CameraModel without_distortion() const;
 
   /// Largest undistorted radius (tan of the angle off axis; the angle itself for Fisheye) at
-  /// which the distortion still grows; infinite when it always does.
+  /// which the distortion still grows: at most 20 for a pinhole that distorts, π for a fisheye.
+  /// Infinite for a pinhole without distortion.
   [[nodiscard]] double max_radius() const { return max_radius_; }
 
  private:
   CameraModel() = default;
-  friend class Undistorter;
+  [[nodiscard]] CameraModel scaled(double su, double sv, int width_px, int height_px) const;
 
   LensModel lens_ = LensModel::Pinhole;
   int width_px_ = 0;

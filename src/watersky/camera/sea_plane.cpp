@@ -2,12 +2,32 @@
 #include "watersky/camera/sea_plane.hpp"
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <numbers>
 
 namespace watersky {
+
+namespace {
+
+constexpr double kLeastHeight_m = 1e-3;
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Of a closed line of (north, east); positive when it runs clockwise seen from above.
+double signed_area_m2(const std::vector<Eigen::Vector2d>& line) {
+  double twice = 0;
+  for (std::size_t i = 0; i < line.size(); ++i)
+    twice += cross(line[i] - line.front(), line[(i + 1) % line.size()] - line.front());
+  return 0.5 * twice;
+}
+
+}  // namespace
 
 Eigen::Matrix3d metres_from_cells(double dx_m, double dy_m) {
   Eigen::Matrix3d m;
@@ -16,8 +36,10 @@ Eigen::Matrix3d metres_from_cells(double dx_m, double dy_m) {
 }
 
 Result<Eigen::Matrix3d> invert_homography(const Eigen::Matrix3d& h) {
-  const Eigen::Matrix3d normalised = h / h.cwiseAbs().maxCoeff();
-  if (!normalised.allFinite() || std::abs(normalised.determinant()) < 1e-15)
+  // Column by column: a grid whose origin is far away makes the third one long, and the others
+  // seem to vanish beside it, without the camera being any nearer to the plane.
+  const Eigen::Matrix3d normalised = h.colwise().normalized();
+  if (!normalised.allFinite() || std::abs(normalised.determinant()) < 1e-13)
     return Error{ErrorCode::Degenerate, "the camera lies in the plane it should map"};
   return Eigen::Matrix3d(h.inverse());
 }
@@ -38,119 +60,265 @@ std::optional<Pixel> SeaView::pixel(const Point<Sea>& p_sea) const {
   return camera_.project(sea_from_camera_.inverse() * p_sea);
 }
 
+namespace {
+
+constexpr int kSamplesPerSide = 32;
+constexpr int kSamples = 4 * kSamplesPerSide;
+constexpr double kTurn = 2 * std::numbers::pi;
+
+using Line = std::vector<Eigen::Vector2d>;
+
+Eigen::Vector2d point_below(const SeaView& view) {
+  return view.sea_from_camera().origin().v.head<2>();
+}
+
+bool on_image(const SeaView& view, const Eigen::Vector2d& north_east) {
+  const auto pixel = view.pixel(Point<Sea>{{north_east.x(), north_east.y(), 0.0}});
+  return pixel && view.camera().contains(*pixel);
+}
+
+/// The circle of the grazing limit.
+Eigen::Vector2d on_limit(const SeaView& view, double azimuth) {
+  return point_below(view) +
+         view.max_distance_m() * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
+}
+
+double azimuth_of(const SeaView& view, const Eigen::Vector2d& north_east) {
+  const Eigen::Vector2d d = north_east - point_below(view);
+  return std::atan2(d.y(), d.x());
+}
+
+/// The image's edge, clockwise from its top left corner; a side is a unit of `t`. Where the
+/// lens shows nothing, the last pixel towards the edge at which it does.
+Pixel edge(const CameraModel& camera, double t) {
+  const double w = camera.width_px(), h = camera.height_px();
+  const double side = std::floor(t), f = t - side;
+  Pixel p;
+  switch (static_cast<int>(side + 4) % 4) {
+    case 0:
+      p = {-0.5 + f * w, -0.5};
+      break;
+    case 1:
+      p = {w - 0.5, -0.5 + f * h};
+      break;
+    case 2:
+      p = {w - 0.5 - f * w, h - 0.5};
+      break;
+    default:
+      p = {-0.5, h - 0.5 - f * h};
+      break;
+  }
+  if (camera.direction(p)) return p;
+  Pixel inner{camera.camera_matrix()(0, 2), camera.camera_matrix()(1, 2)};
+  if (!camera.contains(inner)) inner = {0.5 * (w - 1), 0.5 * (h - 1)};
+  for (int i = 0; i < 50; ++i) {
+    const Pixel middle{0.5 * (inner.u + p.u), 0.5 * (inner.v + p.v)};
+    (camera.direction(middle) ? inner : p) = middle;
+  }
+  return inner;
+}
+
+std::optional<Point<Sea>> sea_at_edge(const SeaView& view, double t) {
+  return view.sea_point(edge(view.camera(), t));
+}
+
+/// Where the edge passes the grazing limit between a position that sees the sea and one that
+/// does not.
+Eigen::Vector2d crossing(const SeaView& view, double seen, double unseen) {
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (seen + unseen);
+    (sea_at_edge(view, middle) ? seen : unseen) = middle;
+  }
+  return sea_at_edge(view, seen)->v.head<2>();
+}
+
+/// What a walk around the image's edge sees of the sea: one closed line when it sees it all
+/// the way, otherwise a line for each stretch, beginning and ending on the grazing limit.
+struct EdgeWalk {
+  std::vector<Line> lines;
+  bool closed = false;
+};
+
+EdgeWalk walk_edge(const SeaView& view) {
+  std::array<std::optional<Point<Sea>>, kSamples> samples;
+  int seen = 0, start = 0;  // start at a sample that is not seen, if there is one
+  for (int i = 0; i < kSamples; ++i) {
+    samples[static_cast<std::size_t>(i)] =
+        sea_at_edge(view, static_cast<double>(i) / kSamplesPerSide);
+    if (samples[static_cast<std::size_t>(i)])
+      ++seen;
+    else
+      start = i;
+  }
+  EdgeWalk walk;
+  walk.closed = seen == kSamples;
+  if (walk.closed) walk.lines.emplace_back();
+  bool was_seen = walk.closed;
+  for (int n = 0; n <= kSamples - (walk.closed ? 1 : 0); ++n) {
+    const auto& now = samples[static_cast<std::size_t>((start + n) % kSamples)];
+    const double t = static_cast<double>(start + n) / kSamplesPerSide,
+                 before = t - 1.0 / kSamplesPerSide;
+    if (now && !was_seen) walk.lines.push_back({crossing(view, t, before)});
+    if (!now && was_seen) walk.lines.back().push_back(crossing(view, before, t));
+    if (now) walk.lines.back().push_back(now->v.head<2>());
+    was_seen = now.has_value();
+  }
+  return walk;
+}
+
+/// How far to turn clockwise along the limit from where one line ends to where one begins.
+double turn_between(const SeaView& view, const Line& ends, const Line& begins) {
+  const double from = azimuth_of(view, ends.back());
+  double turn = azimuth_of(view, begins.front()) - from;
+  if (turn < 0) turn += kTurn;
+  // A line that barely leaves the limit: rounding must not send it around the whole circle.
+  if (turn > kTurn - 1e-6 && !on_image(view, on_limit(view, from + 0.5 * kTurn))) turn = 0;
+  return turn;
+}
+
+/// Joins the lines of a walk along the limit into the outline. The walk goes clockwise and so
+/// does the outline: each line's end is joined to the next beginning clockwise of it. A lens so
+/// wide that it shows two separate pieces of the sea keeps the larger.
+Line close_along_limit(const SeaView& view, const std::vector<Line>& lines) {
+  constexpr double kStep = 3.0 * std::numbers::pi / 180;
+  constexpr int kLeastSteps = 16;  // also a short arc bulges
+  Line largest;
+  double largest_area = 0;
+  std::vector<bool> used(lines.size(), false);
+  for (std::size_t first = 0; first < lines.size(); ++first) {
+    Line outline;
+    for (std::size_t i = first; !used[i];) {
+      used[i] = true;
+      outline.insert(outline.end(), lines[i].begin(), lines[i].end());
+      std::size_t next = first;
+      double turn = std::numeric_limits<double>::infinity();
+      for (std::size_t k = 0; k < lines.size(); ++k)
+        if (const double to = turn_between(view, lines[i], lines[k]); to < turn)
+          turn = to, next = k;
+      const double from = azimuth_of(view, lines[i].back());
+      const int steps = std::max(kLeastSteps, static_cast<int>(turn / kStep));
+      for (int step = 1; step < steps; ++step)
+        outline.push_back(on_limit(view, from + turn * step / steps));
+      i = next;
+    }
+    if (const double area = signed_area_m2(outline); area > largest_area)
+      largest_area = area, largest = std::move(outline);
+  }
+  return largest;
+}
+
+Line whole_limit(const SeaView& view) {
+  Line circle;
+  constexpr int kSteps = 120;
+  for (int i = 0; i < kSteps; ++i) circle.push_back(on_limit(view, kTurn * i / kSteps));
+  return circle;
+}
+
+/// Without vertices on straight lines: a pinhole's nadir footprint has four.
+Line corners_of(const Line& outline) {
+  Line distinct;
+  for (const auto& p : outline)
+    if (distinct.empty() || p != distinct.back()) distinct.push_back(p);
+  while (distinct.size() > 1 && distinct.back() == distinct.front()) distinct.pop_back();
+  Line corners;
+  for (std::size_t i = 0; i < distinct.size(); ++i) {
+    const Eigen::Vector2d& before = corners.empty() ? distinct.back() : corners.back();
+    const Eigen::Vector2d a = distinct[i] - before;
+    const Eigen::Vector2d b = distinct[(i + 1) % distinct.size()] - distinct[i];
+    if (std::abs(cross(a, b)) > 1e-9 * (a.squaredNorm() + b.squaredNorm()))
+      corners.push_back(distinct[i]);
+  }
+  return corners.size() >= 3 ? corners : distinct;
+}
+
+/// The point of the footprint nearest to the point below the camera.
+Eigen::Vector2d nearest_point(const SeaView& view) {
+  const Eigen::Vector2d below = point_below(view);
+  if (on_image(view, below)) return below;
+  const Line& outline = view.footprint_north_east_m();
+  Eigen::Vector2d nearest = outline.front();
+  for (std::size_t i = 0; i < outline.size(); ++i) {
+    const Eigen::Vector2d a = outline[i], along = outline[(i + 1) % outline.size()] - a;
+    const double f =
+        std::clamp((below - a).dot(along) / std::max(along.squaredNorm(), 1e-300), 0.0, 1.0);
+    if ((a + f * along - below).norm() < (nearest - below).norm()) nearest = a + f * along;
+  }
+  return nearest;
+}
+
+/// Metres a pixel at a place, along the coarser direction: one over the smaller singular value
+/// of the derivative of the pixel by the place.
+double gsd_m_at(const SeaView& view, const Eigen::Vector2d& at) {
+  const double height_m = view.height_m();
+  const double slant_m = std::hypot((at - point_below(view)).norm(), height_m);
+  const double step_m = 1e-4 * height_m;
+  Eigen::Matrix2d derivative;
+  for (int axis = 0; axis < 2; ++axis) {
+    Point<Sea> before{{at.x(), at.y(), 0}}, after = before;
+    before.v[axis] -= step_m;
+    after.v[axis] += step_m;
+    const auto p = view.pixel(before), q = view.pixel(after);
+    if (!p || !q)  // at the very edge of the lens: as on the axis
+      return slant_m / view.camera().focal_px() * (slant_m / height_m);
+    derivative.col(axis) = Eigen::Vector2d(q->u - p->u, q->v - p->v) / (2 * step_m);
+  }
+  const double sum = derivative.squaredNorm(), product = std::abs(derivative.determinant());
+  const double larger =
+      std::sqrt(0.5 * (sum + std::sqrt(std::max(0.0, sum * sum - 4 * product * product))));
+  return larger / product;
+}
+
+}  // namespace
+
 Result<SeaView> SeaView::make(const CameraModel& camera, const Rigid3<Sea, Camera>& sea_from_camera,
                               const ViewLimits& limits) {
+  const auto fail = [](std::string message) {
+    return Error{ErrorCode::Degenerate, std::move(message)};
+  };
   const Eigen::Vector3d& c = sea_from_camera.origin().v;
-  if (!c.allFinite() || !sea_from_camera.rotation().coeffs().allFinite())
-    return Error{ErrorCode::Degenerate, "the camera's pose is not a number"};
+  if (!c.allFinite() || !(std::abs(sea_from_camera.rotation().norm() - 1) < 1e-6))
+    return fail("the camera's pose is not a number");
   const double height_m = -c.z();
-  if (!(height_m > 1e-3)) {
+  if (!(height_m > kLeastHeight_m)) {
     char text[200];
     std::snprintf(text, sizeof text,
-                  "the camera is %.1f m below the sea surface; check the sea level and the pose's height",
-                  -height_m);
-    return Error{ErrorCode::Degenerate, height_m > -1e-3 ? "the camera lies in the sea surface; check the sea level" : text};
+                  "the camera is %s the sea surface (%.3f m above it); check the sea level and the "
+                  "pose's height",
+                  height_m < -kLeastHeight_m ? "below" : "in", height_m);
+    return fail(text);
   }
+
+  if (!(limits.min_grazing < Angle::degrees(90.0)))
+    return Error{ErrorCode::Usage, "the grazing limit must be below 90°"};
 
   SeaView view(camera, sea_from_camera);
-  const double min_grazing = std::max(limits.min_grazing.radians(), 1e-3);
-  view.max_distance_m_ = height_m / std::tan(min_grazing);
+  view.max_distance_m_ = height_m / std::tan(std::max(limits.min_grazing.radians(), 1e-3));
 
-  // Walk around the image's edge; where the walk leaves the usable sea and comes back, close the
-  // outline along the circle of the grazing limit.
-  constexpr int kPerSide = 32;
-  const double w = camera.width_px(), h = camera.height_px();
-  const auto border = [&](double t) -> Pixel {  // a side a unit: top, right, bottom, left
-    const double side = std::floor(t), f = t - side;
-    switch (static_cast<int>(side + 4) % 4) {
-      case 0: return {-0.5 + f * w, -0.5};
-      case 1: return {w - 0.5, -0.5 + f * h};
-      case 2: return {w - 0.5 - f * w, h - 0.5};
-      default: return {-0.5, h - 0.5 - f * h};
-    }
-  };
-  const auto sees = [&](double t) { return view.sea_point(border(t)); };
-  const auto crossing = [&](double seen, double unseen) {
-    for (int i = 0; i < 60; ++i) {
-      const double middle = 0.5 * (seen + unseen);
-      (sees(middle) ? seen : unseen) = middle;
-    }
-    return sees(seen)->v.head<2>().eval();
-  };
-  const Eigen::Vector2d below = c.head<2>();
-  const auto on_circle = [&](double azimuth) -> Eigen::Vector2d {
-    return below + view.max_distance_m_ * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
-  };
-  const auto on_image = [&](const Eigen::Vector2d& p) {
-    const auto pixel = view.pixel(Point<Sea>{{p.x(), p.y(), 0.0}});
-    return pixel && camera.contains(*pixel);
-  };
-
-  constexpr int kSamples = 4 * kPerSide;
-  std::vector<std::optional<Point<Sea>>> samples(kSamples);
-  int start = -1;  // a seen sample whose predecessor is unseen
-  bool any_seen = false;
-  for (int i = 0; i < kSamples; ++i) {
-    samples[static_cast<std::size_t>(i)] = sees(static_cast<double>(i) / kPerSide);
-    any_seen |= samples[static_cast<std::size_t>(i)].has_value();
-    view.cut_ |= !samples[static_cast<std::size_t>(i)].has_value();
+  const EdgeWalk walk = walk_edge(view);
+  view.cut_ = !walk.closed;
+  Line outline;
+  if (walk.closed) {
+    outline = walk.lines.front();
+  } else if (!walk.lines.empty()) {
+    outline = close_along_limit(view, walk.lines);
+  } else if (on_image(view, point_below(view))) {
+    outline = whole_limit(view);  // a wide lens may hold the whole circle
   }
-  for (int i = 0; i < kSamples && start < 0; ++i)
-    if (samples[static_cast<std::size_t>(i)] && !samples[static_cast<std::size_t>((i + kSamples - 1) % kSamples)]) start = i;
-
-  auto& outline = view.footprint_;
-  if (!any_seen) {
-    // A wide lens may hold the whole circle; otherwise there is nothing to map.
-    if (!on_image(below) || !on_image(on_circle(0)))
-      return Error{ErrorCode::Degenerate, "no part of the image sees the sea above the grazing limit"};
-    for (int i = 0; i < 120; ++i) outline.push_back(on_circle(2 * std::numbers::pi * i / 120));
-  } else {
-    if (start < 0) start = 0;  // all seen
-    const auto close_along_limit = [&](const Eigen::Vector2d& from, const Eigen::Vector2d& to) {
-      const auto off = [&](const Eigen::Vector2d& p) { return std::abs((p - below).norm() / view.max_distance_m_ - 1); };
-      if (off(from) > 1e-6 || off(to) > 1e-6) return;  // cut by the lens, not by the limit
-      const double a = std::atan2(from.y() - below.y(), from.x() - below.x());
-      double turn = std::atan2(to.y() - below.y(), to.x() - below.x()) - a;
-      if (turn < 0) turn += 2 * std::numbers::pi;
-      if (!on_image(on_circle(a + 0.5 * turn))) turn -= 2 * std::numbers::pi;
-      const int steps = std::max(1, static_cast<int>(std::abs(turn) / (3.0 * std::numbers::pi / 180)));
-      for (int i = 1; i < steps; ++i) outline.push_back(on_circle(a + turn * i / steps));
-    };
-    std::optional<Eigen::Vector2d> left_at;
-    for (int n = 0; n < kSamples; ++n) {
-      const int i = (start + n) % kSamples, before = (i + kSamples - 1) % kSamples;
-      const auto& now = samples[static_cast<std::size_t>(i)];
-      const bool was_seen = samples[static_cast<std::size_t>(before)].has_value();
-      const double t = static_cast<double>(i) / kPerSide, t_before = t - 1.0 / kPerSide;
-      if (now && !was_seen) {
-        const Eigen::Vector2d entry = crossing(t, t_before);
-        if (left_at) close_along_limit(*left_at, entry);
-        outline.push_back(entry);
-      } else if (!now && was_seen) {
-        left_at = crossing(t_before, t);
-        outline.push_back(*left_at);
-      }
-      if (now) outline.push_back(now->v.head<2>());
-    }
-    if (left_at) close_along_limit(*left_at, outline.front());
+  if (outline.empty()) {
+    char text[200];
+    std::snprintf(text, sizeof text,
+                  "no part of the image sees the sea steeper than the grazing limit of %.1f° "
+                  "(camera %.1f m above the sea)",
+                  limits.min_grazing.degrees(), height_m);
+    return fail(text);
   }
+  if (!(signed_area_m2(outline) > 0))
+    return fail("the image sees the sea all around, but upside down: the camera looks up");
+  view.footprint_ = corners_of(outline);
 
-  // Drop vertices on straight lines: a pinhole's nadir footprint has four.
-  std::vector<Eigen::Vector2d> corners;
-  for (std::size_t i = 0; i < outline.size(); ++i) {
-    const Eigen::Vector2d& before = corners.empty() ? outline.back() : corners.back();
-    const Eigen::Vector2d a = outline[i] - before, b = outline[(i + 1) % outline.size()] - outline[i];
-    const double cross = a.x() * b.y() - a.y() * b.x();
-    if (std::abs(cross) > 1e-9 * (a.squaredNorm() + b.squaredNorm())) corners.push_back(outline[i]);
-  }
-  if (corners.size() >= 3) outline = std::move(corners);
-
-  Eigen::Vector2d at = outline.front();
-  for (const auto& p : outline)
-    if ((p - below).squaredNorm() < (at - below).squaredNorm()) at = p;
-  if (const auto middle = view.sea_point({0.5 * (w - 1), 0.5 * (h - 1)})) at = middle->v.head<2>();
-  const double slant_m = std::hypot((at - below).norm(), height_m);
-  view.gsd_m_ = slant_m / camera.focal_px() * (slant_m / height_m);
+  const auto middle =
+      view.sea_point({0.5 * (camera.width_px() - 1), 0.5 * (camera.height_px() - 1)});
+  view.gsd_m_ = gsd_m_at(view, middle ? Eigen::Vector2d(middle->v.head<2>()) : nearest_point(view));
   return view;
 }
 

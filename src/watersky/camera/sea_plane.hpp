@@ -26,7 +26,7 @@ template <Frame Plane>
 /// M of (2.33): cell indices to the metric position of the cell's centre on z = 0.
 [[nodiscard]] Eigen::Matrix3d metres_from_cells(double dx_m, double dy_m);
 
-/// (2.36): NotFound is no answer here; Degenerate when the camera lies in the plane.
+/// (2.36). Degenerate when the camera lies in the plane.
 [[nodiscard]] Result<Eigen::Matrix3d> invert_homography(const Eigen::Matrix3d& h);
 
 struct ViewLimits {
@@ -60,15 +60,16 @@ class SeaView {
   /// Whether a part of the image is cut off by the grazing limit (or shows sky).
   [[nodiscard]] bool cut_by_grazing_limit() const { return cut_; }
 
-  /// The outline (north, east) of the sea seen within the limit: a closed polygon without its
-  /// last point repeated, its vertices dense enough that lens distortion shows.
+  /// The outline (north, east) of the sea seen within the limit: a closed polygon, clockwise seen
+  /// from above, without its last point repeated, its vertices dense enough that lens distortion
+  /// shows.
   [[nodiscard]] const std::vector<Eigen::Vector2d>& footprint_north_east_m() const {
     return footprint_;
   }
 
-  /// Metres on the sea from one pixel to the next at the image's middle row and column, along
-  /// the coarser direction; at nadir height over focal length. When the middle does not see the
-  /// sea: at the nearest point of the footprint.
+  /// Metres on the sea for one pixel in the image's middle, along the coarser direction; at nadir
+  /// height over focal length. When the middle does not see the sea: at the point of the
+  /// footprint nearest to the camera.
   [[nodiscard]] double gsd_m() const { return gsd_m_; }
 
  private:

@@ -54,7 +54,7 @@ struct StampedRotation {
 /// aircraft is.
 enum class GimbalReference { Body, NorthEastDown };
 
-/// Rotations in time, under the same rules as Trajectory.
+/// Rotations in time, under the same rules as Trajectory; made unit quaternions here.
 class RotationTrack {
  public:
   RotationTrack() = default;

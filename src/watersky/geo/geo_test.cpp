@@ -64,6 +64,24 @@ TEST_F(RandomRotations, YawPitchRollComesBackAlsoStraightDown) {
   }
 }
 
+// A gimbal that looks down is within a hundredth of a degree of the singularity, never on it.
+TEST_F(RandomRotations, YawPitchRollComesBackNextToStraightDown) {
+  std::uniform_real_distribution<double> turn(-180, 180), digits(-12, -2);
+  for (int i = 0; i < 2000; ++i) {
+    const double pitch = -90.0 + std::pow(10.0, digits(rng_));
+    const Eigen::Quaterniond q = rotation_from(
+        {Angle::degrees(turn(rng_)), Angle::degrees(pitch), Angle::degrees(turn(rng_))});
+    EXPECT_LT(angle_between(q, rotation_from(yaw_pitch_roll(q))).radians(), 2e-9) << pitch;
+  }
+}
+
+TEST(YawPitchRoll, ReadsTheAnglesItWasMadeOf) {
+  const YawPitchRoll angles = yaw_pitch_roll(rotation_from({40_deg, 10_deg, 8_deg}));
+  EXPECT_NEAR(angles.yaw.degrees(), 40.0, 1e-12);
+  EXPECT_NEAR(angles.pitch.degrees(), 10.0, 1e-12);
+  EXPECT_NEAR(angles.roll.degrees(), 8.0, 1e-12);
+}
+
 TEST(Rigid3, NoseEastPutsAForwardCameraEastOfTheDrone) {
   const Rigid3<World, Body> world_from_body(heading(90_deg), {{100.0, 0.0, -80.0}});
   const Rigid3<Body, Camera> body_from_camera(camera_rotation({0_deg, -90_deg, 0_deg}),

@@ -23,8 +23,11 @@ YawPitchRoll yaw_pitch_roll(const Quaterniond& parent_from_child) {
   const Angle pitch = Angle::radians(std::atan2(-r(2, 0), cos_pitch));
   if (cos_pitch < 1e-9)
     return {Angle::radians(std::atan2(-r(0, 1), r(1, 1))), pitch, Angle{}};
-  return {Angle::radians(std::atan2(r(1, 0), r(0, 0))), pitch,
-          Angle::radians(std::atan2(r(2, 1), r(2, 2)))};
+  // Roll is read after yaw was taken out: close to ±90° each alone loses digits, but so their
+  // sum keeps them.
+  const double yaw = std::atan2(r(1, 0), r(0, 0)), s = std::sin(yaw), c = std::cos(yaw);
+  return {Angle::radians(yaw), pitch,
+          Angle::radians(std::atan2(s * r(0, 2) - c * r(1, 2), c * r(1, 1) - s * r(0, 1)))};
 }
 
 Quaterniond heading(Angle azimuth) { return quaternion(azimuth, Vector3d::UnitZ()); }

@@ -6,6 +6,7 @@
 #include <GeographicLib/UTMUPS.hpp>
 #include <cmath>
 #include <mutex>
+#include <string_view>
 
 namespace watersky {
 
@@ -25,6 +26,29 @@ ContextPtr quiet_context() {
   ContextPtr context(proj_context_create());
   proj_log_level(context.get(), PJ_LOG_NONE);
   return context;
+}
+
+/// A coordinate system as a message can hold it: one line, and not the whole of a WKT.
+std::string quoted(const std::string& crs) {
+  std::string text = crs.size() <= 60 ? crs : crs.substr(0, 57) + "...";
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  return "\"" + text + "\"";
+}
+
+/// Why a projected system cannot carry a map; empty when it can.
+std::string fault_of_axes(PJ_CONTEXT* context, const PJ* crs) {
+  const PjPtr axes(proj_crs_get_coordinate_system(context, crs));
+  for (int axis = 0; axis < 2; ++axis) {
+    const char* direction = nullptr;
+    double to_metre = 0;
+    if (!axes || !proj_cs_get_axis_info(context, axes.get(), axis, nullptr, nullptr, &direction,
+                                        &to_metre, nullptr, nullptr, nullptr) ||
+        to_metre != 1.0)
+      return "is not in metres";
+    if (direction && std::string_view(direction) == "west") return "has an axis that points west";
+  }
+  return {};
 }
 
 }  // namespace
@@ -49,20 +73,18 @@ Result<Projection> Projection::from_text(const std::string& crs) {
   auto impl = std::make_shared<Impl>();
   PJ_CONTEXT* context = impl->context.get();
   const auto bad = [&](const std::string& why) {
-    return Error{ErrorCode::InvalidInput, "projection \"" + crs + "\" " + why +
+    return Error{ErrorCode::InvalidInput, "projection " + quoted(crs) + " " + why +
                                               "; give one in metres, such as EPSG:32633"};
   };
-  PjPtr target(proj_create(context, crs.c_str()));
+  // A PROJ string is a coordinate system only when it says so.
+  const bool bare = crs.find("+proj=") != std::string::npos && crs.find("+type=crs") == std::string::npos;
+  const PjPtr target(proj_create(context, (bare ? crs + " +type=crs" : crs).c_str()));
   if (!target || !proj_is_crs(target.get())) return bad("is not known to PROJ");
   if (proj_get_type(target.get()) != PJ_TYPE_PROJECTED_CRS) return bad("is not a map projection");
-  PjPtr axes(proj_crs_get_coordinate_system(context, target.get()));
-  double to_metre = 0;
-  if (!axes || !proj_cs_get_axis_info(context, axes.get(), 0, nullptr, nullptr, nullptr, &to_metre,
-                                      nullptr, nullptr, nullptr) ||
-      to_metre != 1.0)
-    return bad("is not in metres");
+  if (const std::string fault = fault_of_axes(context, target.get()); !fault.empty())
+    return bad(fault);
 
-  PjPtr pair(proj_create_crs_to_crs(context, "EPSG:4326", crs.c_str(), nullptr));
+  const PjPtr pair(proj_create_crs_to_crs(context, "EPSG:4326", crs.c_str(), nullptr));
   if (!pair) return bad("cannot be reached from WGS-84");
   impl->transform.reset(proj_normalize_for_visualization(context, pair.get()));
   if (!impl->transform) return bad("cannot be reached from WGS-84");
@@ -73,13 +95,13 @@ Result<Projection> Projection::from_text(const std::string& crs) {
 }
 
 Result<Projection> Projection::for_place(const Geodetic& place) {
-  const double lat_deg = place.latitude.degrees();
+  const double lat_deg = place.latitude.degrees(), lon_deg = place.longitude.degrees();
+  if (!(std::abs(lat_deg) <= 90.0) || !std::isfinite(lon_deg))
+    return Error{ErrorCode::InvalidInput, "no projection for a position that is not on the Earth"};
   if (lat_deg >= 84.0) return from_text("EPSG:3413");
   if (lat_deg < -80.0) return from_text("EPSG:3031");
-  const int zone = GeographicLib::UTMUPS::StandardZone(lat_deg, place.longitude.degrees(),
-                                                       GeographicLib::UTMUPS::UTM);
-  if (zone < 1)
-    return Error{ErrorCode::InvalidInput, "no UTM zone for a position that is not a number"};
+  const int zone =
+      GeographicLib::UTMUPS::StandardZone(lat_deg, lon_deg, GeographicLib::UTMUPS::UTM);
   return from_text("EPSG:" + std::to_string((lat_deg >= 0 ? 32600 : 32700) + zone));
 }
 
@@ -93,7 +115,7 @@ Result<Eigen::Vector2d> Projection::forward(Angle latitude, Angle longitude) con
   if (!std::isfinite(out.xy.x) || !std::isfinite(out.xy.y))
     return Error{ErrorCode::OutOfRange, "position " + std::to_string(latitude.degrees()) + ", " +
                                             std::to_string(longitude.degrees()) + " is outside " +
-                                            name()};
+                                            quoted(name())};
   return Eigen::Vector2d(out.xy.x, out.xy.y);
 }
 
@@ -102,7 +124,7 @@ Result<Geodetic> Projection::inverse(const Eigen::Vector2d& en) const {
   const PJ_COORD out =
       proj_trans(impl_->transform.get(), PJ_INV, proj_coord(en.x(), en.y(), 0, 0));
   if (!std::isfinite(out.lp.lam) || !std::isfinite(out.lp.phi))
-    return Error{ErrorCode::OutOfRange, "grid position is outside " + name()};
+    return Error{ErrorCode::OutOfRange, "grid position is outside " + quoted(name())};
   return Geodetic{Angle::degrees(out.xy.y), Angle::degrees(out.xy.x), 0.0};
 }
 
@@ -121,7 +143,17 @@ Result<ProjectedPlace> Projection::at(const Geodetic& place) const {
       const Geodetic g = geodetic_from(ecef_from_here * p);
       WATERSKY_TRY(end[side], forward(g.latitude, g.longitude));
     }
-    result.grid_from_north_east.col(axis) = (end[1] - end[0]) / (2 * kStep_m);
+    // A map of the world is cut somewhere, mostly along the antimeridian. Where the cut runs
+    // between here and there, only the near side tells; no useful grid stretches a thousandfold.
+    double span_m = 0;
+    for (Eigen::Vector2d& e : end) {
+      const bool across_the_cut = (e - result.easting_northing_m).norm() > 1000 * kStep_m;
+      if (across_the_cut) e = result.easting_northing_m;
+      span_m += across_the_cut ? 0 : kStep_m;
+    }
+    if (span_m == 0)
+      return Error{ErrorCode::OutOfRange, quoted(name()) + " is torn apart at this place"};
+    result.grid_from_north_east.col(axis) = (end[1] - end[0]) / span_m;
   }
   return result;
 }

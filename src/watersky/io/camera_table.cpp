@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 
 namespace watersky {
 
@@ -127,13 +127,13 @@ bool shows_full_width(const KnownCamera& camera, int width_px, int height_px) {
 }  // namespace
 
 const KnownCamera* find_known_camera(std::string_view make, std::string_view model) {
-  const std::string wanted = detail::lower(model);
+  const std::string wanted = lower(model);
   const auto it = std::find_if(std::begin(kCameras), std::end(kCameras), [&](const KnownCamera& c) {
-    return detail::lower(c.model) == wanted;
+    return lower(c.model) == wanted;
   });
   if (it != std::end(kCameras)) return &*it;
   // libcamera names the sensor by where it hangs: "/base/soc/i2c0mux/i2c@1/imx219@10".
-  if (detail::lower(make).starts_with("raspberry")) {
+  if (lower(make).starts_with("raspberry")) {
     for (const KnownCamera& c : kCameras)
       if (c.model.starts_with("RP_") && wanted.find(c.model.substr(3)) != std::string::npos) return &c;
   }

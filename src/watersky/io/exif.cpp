@@ -12,8 +12,8 @@
 #include <memory>
 
 #include "watersky/io/csv.hpp"
-#include "watersky/io/detail/files.hpp"
-#include "watersky/io/detail/quiet_gdal.hpp"
+#include "watersky/io/files.hpp"
+#include "watersky/io/gdal_session.hpp"
 #include "watersky/io/image_file.hpp"
 
 namespace watersky {
@@ -179,7 +179,7 @@ void collect(const CPLXMLNode* node, Properties& out, int depth) {
 
 void read_xmp(Bytes segment, PhotoMetadata& out) {
   const std::string text(reinterpret_cast<const char*>(segment.data()), segment.size());
-  const detail::QuietGdal quiet;
+  const GdalSession quiet;
   const std::unique_ptr<CPLXMLNode, decltype(&CPLDestroyXMLNode)> tree(
       CPLParseXMLString(text.c_str()), &CPLDestroyXMLNode);
   Properties properties;
@@ -234,7 +234,7 @@ std::optional<Time> PhotoMetadata::utc() const {
 
 std::string PhotoMetadata::camera_name() const {
   if (model.empty()) return make;
-  const bool said = make.empty() || detail::lower(model).starts_with(detail::lower(make));
+  const bool said = make.empty() || lower(model).starts_with(lower(make));
   return said ? model : make + " " + model;
 }
 

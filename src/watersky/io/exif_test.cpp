@@ -7,15 +7,15 @@
 #include <random>
 
 #include "watersky/io/csv.hpp"
-#include "watersky/io/detail/files.hpp"
-#include "watersky/io/testing/make_photo.hpp"
+#include "watersky/io/files.hpp"
+#include "support/make_photo.hpp"
 
 namespace watersky {
 namespace {
 
-using watersky::testing::Bytes;
-using watersky::testing::make_photo;
-using watersky::testing::Photo;
+using watersky::test::Bytes;
+using watersky::test::make_photo;
+using watersky::test::Photo;
 
 Photo full_photo() {
   Photo p;
@@ -148,9 +148,9 @@ TEST(ExifTime, RefusesWhatIsNoDate) {
 
 // poses.csv was written by exiftool, an independent reader.
 TEST(PhotoMetadata, AgreesWithExiftoolOnBrightonBeach) {
-  const auto data = watersky::testing::real_data("brighton_beach");
+  const auto data = watersky::test::real_data("brighton_beach");
   if (!data) GTEST_SKIP() << "the real data is not here";
-  const auto t = CsvTable::parse(detail::read_text(*data / "poses.csv").value(), "poses.csv").value();
+  const auto t = CsvTable::parse(read_text(*data / "poses.csv").value(), "poses.csv").value();
   ASSERT_EQ(t.rows(), 18u);
   for (std::size_t row = 0; row < t.rows(); ++row) {
     const auto value = [&](const char* name) { return t.number(row, t.column(name).value()).value(); };

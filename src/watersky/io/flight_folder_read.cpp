@@ -9,7 +9,7 @@
 #include "watersky/camera/calibration_file.hpp"
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/detail/photos.hpp"
 #include "watersky/io/flight_folder.hpp"
 #include "watersky/io/image_file.hpp"
@@ -296,7 +296,7 @@ namespace {
 /// frames.csv and its images; `camera` may be scaled to fit them.
 Status read_frames(const fs::path& folder, CameraModel& camera, const std::string& calibration, Flight& flight,
                    const Progress& progress) {
-  WATERSKY_TRY(const std::string text, detail::read_text(folder / "frames.csv"));
+  WATERSKY_TRY(const std::string text, read_text(folder / "frames.csv"));
   WATERSKY_TRY(const CsvTable table, CsvTable::parse(text, "frames.csv"));
   WATERSKY_CHECK(table.require({"file"}));
   const auto captured = table.column("captured_s"), received = table.column("received_s"), counter = table.column("counter");
@@ -369,7 +369,7 @@ Result<SeaLevel> sea_of(const FlightDescription& d, const Datum& datum) {
 
 Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& options, const Progress& progress) {
   const auto in_folder = [&](const Error& e) { return e.at(folder.string()); };
-  WATERSKY_TRY(const std::string yaml, detail::read_text(folder / "flight.yaml"));
+  WATERSKY_TRY(const std::string yaml, read_text(folder / "flight.yaml"));
   const auto description = parse_flight_yaml(yaml, "flight.yaml");
   if (!description) return in_folder(description.error());
   const FlightDescription& d = *description;
@@ -385,7 +385,7 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
     camera = given.camera;
   }
 
-  WATERSKY_TRY(const std::string poses_text, detail::read_text(folder / "poses.csv"));
+  WATERSKY_TRY(const std::string poses_text, read_text(folder / "poses.csv"));
   std::optional<Geodetic> origin = d.datum;
   std::vector<std::string> notes;
   if (!origin) {
@@ -414,7 +414,7 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
   if (fs::exists(folder / "gimbal.csv", ignored)) {
     if (!d.gimbal_frame)
       return in_folder(Error{ErrorCode::NotFound, "gimbal.csv is there, but flight.yaml does not say gimbal_frame: body or north; add it"});
-    WATERSKY_TRY(const std::string text, detail::read_text(folder / "gimbal.csv"));
+    WATERSKY_TRY(const std::string text, read_text(folder / "gimbal.csv"));
     auto rotations = parse_gimbal_csv(text, "gimbal.csv");
     if (!rotations) return in_folder(rotations.error());
     WATERSKY_TRY(flight.gimbal, RotationTrack::make(std::move(*rotations)));

@@ -8,7 +8,7 @@
 
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/read_flight.hpp"
-#include "watersky/io/testing/make_photo.hpp"
+#include "support/make_photo.hpp"
 
 namespace watersky {
 namespace {
@@ -17,8 +17,8 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
-using watersky::testing::TemporaryFolder;
-using watersky::testing::write;
+using watersky::test::TemporaryFolder;
+using watersky::test::write;
 
 struct Dice {
   std::mt19937_64 rng;
@@ -178,7 +178,7 @@ struct HandMade {
     write(folder.path() / "camera.yaml", std::string("image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: [60., 0., 31.5, 0., 60., 23.5, 0., 0., 1.]}\n"));
     poses("time_s,lat_deg,lon_deg,height_ellipsoid_m,roll_deg,pitch_deg,yaw_deg\n10,78.9,11.9,130,0,0,90\n11,78.9,11.9,130,0,0,90\n");
     frames("file,captured_s,received_s\na.jpg,,10.75\n");
-    write(folder.path() / "images/a.jpg", watersky::testing::make_photo({}));
+    write(folder.path() / "images/a.jpg", watersky::test::make_photo({}));
     write(folder.path() / "flight.yaml", yaml);
   }
   void poses(const std::string& text) const { write(folder.path() / "poses.csv", text); }
@@ -242,9 +242,9 @@ TEST(FlightFolder, BadFramesNameTheirLineAndTheRemedy) {
 
 TEST(FlightFolder, ImagesThatContradictTheCalibrationOrEachOtherAreRefused) {
   const HandMade made;
-  watersky::testing::Photo other;
+  watersky::test::Photo other;
   other.width_px = 50;
-  write(made.folder.path() / "images/b.jpg", watersky::testing::make_photo(other));
+  write(made.folder.path() / "images/b.jpg", watersky::test::make_photo(other));
   made.frames("file,captured_s\na.jpg,10.5\nb.jpg,10.6\n");
   EXPECT_THAT(made.error(), AllOf(HasSubstr("two cameras are mixed"), HasSubstr("a.jpg"), HasSubstr("b.jpg")));
   made.frames("file,captured_s\nb.jpg,10.6\n");
@@ -287,7 +287,7 @@ TEST(FlightFolder, WhatIsMissingIsNotGuessed) {
 }
 
 TEST(FlightFolder, BrightonBeachSurvivesBecomingOne) {
-  const auto data = watersky::testing::real_data("brighton_beach");
+  const auto data = watersky::test::real_data("brighton_beach");
   if (!data) GTEST_SKIP() << "the real data is not here";
   ReadOptions options;
   options.sea_level = SeaLevelOption{SeaReference::TakeOff, -5};

@@ -11,7 +11,7 @@
 #include "watersky/camera/calibration_file.hpp"
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
 
 namespace watersky {
@@ -136,7 +136,7 @@ std::string poses_csv(const std::map<Time, StampedPose>& poses) {
 /// "video.mp4#120" → "video.mp4_120": one plain file name.
 std::string plain_stem(const std::string& frame_name) {
   const std::string file = fs::path(frame_name).filename().string();
-  const std::string extension = detail::lower_extension(file);
+  const std::string extension = lower_extension(file);
   std::string stem = extension == ".jpg" || extension == ".jpeg" || extension == ".png" || extension == ".tif" || extension == ".tiff"
                          ? fs::path(file).stem().string()
                          : file;
@@ -178,14 +178,14 @@ class FolderWriter {
     }
     report(progress, "writing images", flight_.frames.size(), flight_.frames.size());
     WATERSKY_TRY(const std::string yaml, flight_yaml(flight_));
-    WATERSKY_CHECK(detail::write_file(folder_ / "flight.yaml", yaml));
-    WATERSKY_CHECK(detail::write_file(folder_ / "camera.yaml", format_calibration(flight_.camera)));
-    WATERSKY_CHECK(detail::write_file(folder_ / "frames.csv", frames_csv_));
-    WATERSKY_CHECK(detail::write_file(folder_ / "poses.csv", poses_csv(poses_)));
+    WATERSKY_CHECK(write_file(folder_ / "flight.yaml", yaml));
+    WATERSKY_CHECK(write_file(folder_ / "camera.yaml", format_calibration(flight_.camera)));
+    WATERSKY_CHECK(write_file(folder_ / "frames.csv", frames_csv_));
+    WATERSKY_CHECK(write_file(folder_ / "poses.csv", poses_csv(poses_)));
     if (flight_.gimbal_reference) {
       std::string csv = "time_s,roll_deg,pitch_deg,yaw_deg\n";
       for (const auto& [time, q] : gimbal_) csv += format_time_seconds(time) + "," + degrees_text(q) + "\n";
-      WATERSKY_CHECK(detail::write_file(folder_ / "gimbal.csv", csv));
+      WATERSKY_CHECK(write_file(folder_ / "gimbal.csv", csv));
     }
     return left_out_;
   }
@@ -207,7 +207,7 @@ class FolderWriter {
     std::string file = stem + extension;
     for (int k = 2; !files_.insert(file).second; ++k) file = stem + "_" + std::to_string(k) + extension;
     WATERSKY_TRY(const auto bytes, encoded(*image, jpeg, options_, frame.name));
-    WATERSKY_CHECK(detail::write_file(folder_ / "images" / file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+    WATERSKY_CHECK(write_file(folder_ / "images" / file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
 
     std::optional<Time> captured = frame.captured_at;
     if (own) {
@@ -242,17 +242,9 @@ Result<std::vector<LeftOut>> write_flight_folder(const Flight& flight, const fs:
   std::error_code ec;
   if (fs::exists(folder, ec))
     return Error{ErrorCode::Exists, folder.string() + ": is there already; remove it or name another folder"};
-  fs::path temporary = fs::absolute(folder).lexically_normal();
-  if (temporary.filename().empty()) temporary = temporary.parent_path();
-  const fs::path target = temporary;
-  temporary += ".part" + std::to_string(::getpid());
-  fs::remove_all(temporary, ec);
-  auto left_out = FolderWriter(flight, temporary, options).write(progress);
-  if (left_out) {
-    fs::rename(temporary, target, ec);
-    if (ec) left_out = Error{ErrorCode::Io, folder.string() + ": cannot be made (" + ec.message() + ")"};
-  }
-  if (!left_out) fs::remove_all(temporary, ec);
+  WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(folder));
+  auto left_out = FolderWriter(flight, partial.path(), options).write(progress);
+  if (left_out) WATERSKY_CHECK(partial.publish());
   return left_out;
 }
 

@@ -10,8 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
-#include "watersky/io/detail/files.hpp"
-#include "watersky/io/detail/quiet_gdal.hpp"
+#include "watersky/io/files.hpp"
+#include "watersky/io/gdal_session.hpp"
 #include "watersky/io/exif.hpp"
 
 namespace watersky {
@@ -122,12 +122,12 @@ Result<cv::Mat> decode_other(std::span<const std::uint8_t> bytes, const ImageReq
 }  // namespace
 
 bool is_image_file(const fs::path& file) {
-  const std::string e = detail::lower_extension(file);
+  const std::string e = lower_extension(file);
   return e == ".jpg" || e == ".jpeg" || e == ".png" || e == ".tif" || e == ".tiff";
 }
 
 Result<std::vector<fs::path>> list_images(const fs::path& folder) {
-  return detail::files_with_extension(folder, {".jpg", ".jpeg", ".png", ".tif", ".tiff"});
+  return files_with_extension(folder, {".jpg", ".jpeg", ".png", ".tif", ".tiff"});
 }
 
 Result<ImageSize> probe_image_size(const fs::path& file) {
@@ -150,7 +150,7 @@ Result<ImageSize> probe_image_size(const fs::path& file) {
   if (head[0] == 0x89 && head[1] == 'P' && head[2] == 'N' && head[3] == 'G') {
     size = {be32(16), be32(20)};
   } else {
-    const detail::QuietGdal quiet;
+    const GdalSession quiet;
     GDALAllRegister();
     GDALDatasetH dataset = GDALOpenEx(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr);
     if (!dataset) return bad(file.string(), "is not an image that can be read");
@@ -176,7 +176,7 @@ Result<cv::Mat> decode_image(std::span<const std::uint8_t> bytes, const ImageReq
 
 ImageLoader image_loader(const fs::path& file, std::optional<ImageSize> expected) {
   return [file, expected](const ImageRequest& request) -> Result<cv::Mat> {
-    WATERSKY_TRY(const auto bytes, detail::read_bytes(file));
+    WATERSKY_TRY(const auto bytes, read_bytes(file));
     WATERSKY_TRY(cv::Mat image, decode_image(bytes, request, file.string()));
     if (expected) {
       const auto fits = [&](int got, int full) {

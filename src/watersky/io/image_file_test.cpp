@@ -8,15 +8,15 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "watersky/io/testing/make_photo.hpp"
+#include "support/make_photo.hpp"
 
 namespace watersky {
 namespace {
 
 using ::testing::HasSubstr;
-using watersky::testing::Bytes;
-using watersky::testing::make_photo;
-using watersky::testing::TemporaryFolder;
+using watersky::test::Bytes;
+using watersky::test::make_photo;
+using watersky::test::TemporaryFolder;
 
 /// Smooth, different in u and v, so that a shift or a transpose shows.
 cv::Mat ramp(int width, int height) {
@@ -122,14 +122,14 @@ TEST(ImageFile, DropsAlphaAndRefusesFloats) {
 TEST(ImageFile, ProbesTheSizeOfEachFormat) {
   const TemporaryFolder folder;
   const cv::Mat image = ramp(123, 77);
-  watersky::testing::write(folder.path() / "a.JPG", make_photo({}, image));
+  watersky::test::write(folder.path() / "a.JPG", make_photo({}, image));
   for (const char* name : {"b.png", "c.tif"}) {
     Bytes bytes;
     cv::imencode(std::filesystem::path(name).extension().string(), image, bytes);
-    watersky::testing::write(folder.path() / name, bytes);
+    watersky::test::write(folder.path() / name, bytes);
   }
-  watersky::testing::write(folder.path() / "._a.JPG", std::string("a Macintosh was here"));
-  watersky::testing::write(folder.path() / "notes.txt", std::string("x"));
+  watersky::test::write(folder.path() / "._a.JPG", std::string("a Macintosh was here"));
+  watersky::test::write(folder.path() / "notes.txt", std::string("x"));
   const auto files = list_images(folder.path()).value();
   ASSERT_EQ(files.size(), 3u);
   for (const auto& file : files) EXPECT_EQ(probe_image_size(file).value(), (ImageSize{123, 77})) << file;
@@ -140,7 +140,7 @@ TEST(ImageFile, ProbesTheSizeOfEachFormat) {
 TEST(ImageLoader, RefusesAnotherSizeThanTheCameras) {
   const TemporaryFolder folder;
   const auto file = folder.path() / "a.jpg";
-  watersky::testing::write(file, make_photo({}, ramp(125, 83)));
+  watersky::test::write(file, make_photo({}, ramp(125, 83)));
   EXPECT_TRUE(image_loader(file, ImageSize{125, 83})({}));
   EXPECT_TRUE(image_loader(file, ImageSize{125, 83})({.reduction = 4}));
   const auto wrong = image_loader(file, ImageSize{640, 512})({});

@@ -7,7 +7,7 @@
 #include "watersky/camera/calibration_file.hpp"
 #include "watersky/io/camera_table.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/exif.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/read_flight.hpp"
@@ -39,7 +39,7 @@ void add_rate(Inspection& out, const std::string& what, std::size_t n, Time firs
 }
 
 Result<Inspection> inspect_tlog(const fs::path& file) {
-  WATERSKY_TRY(const auto bytes, detail::read_bytes(file));
+  WATERSKY_TRY(const auto bytes, read_bytes(file));
   Inspection out;
   out.kind = "tlog";
   struct Seen {
@@ -123,7 +123,7 @@ Result<Inspection> inspect_calibration(const fs::path& file) {
 }
 
 Result<Inspection> inspect_csv(const fs::path& file) {
-  WATERSKY_TRY(const std::string text, detail::read_text(file));
+  WATERSKY_TRY(const std::string text, read_text(file));
   WATERSKY_TRY(const CsvTable table, CsvTable::parse(text, file.string()));
   Inspection out;
   out.kind = "csv";
@@ -211,7 +211,7 @@ Result<Inspection> inspect(const fs::path& path) {
   std::error_code ec;
   if (!fs::exists(path, ec))
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
-  const std::string extension = detail::lower_extension(path);
+  const std::string extension = lower_extension(path);
   auto out = fs::is_directory(path, ec)                                               ? inspect_recording(path)
              : extension == ".tlog"                                                   ? inspect_tlog(path)
              : is_image_file(path)                                                    ? inspect_image(path)

@@ -6,17 +6,17 @@
 
 #include <nlohmann/json.hpp>
 
-#include "watersky/io/testing/make_photo.hpp"
+#include "support/make_photo.hpp"
 
 namespace watersky {
 namespace {
 
 using ::testing::Contains;
 using ::testing::HasSubstr;
-using watersky::testing::make_photo;
-using watersky::testing::Photo;
-using watersky::testing::TemporaryFolder;
-using watersky::testing::write;
+using watersky::test::make_photo;
+using watersky::test::Photo;
+using watersky::test::TemporaryFolder;
+using watersky::test::write;
 
 TEST(Inspect, TellsWhatIsInACalibrationACsvAndAPhotograph) {
   const TemporaryFolder folder;
@@ -63,8 +63,8 @@ TEST(Inspect, WhatCannotBeReadIsAnError) {
 
 // By the data's own description.
 TEST(Inspect, CountsWhatTheRealDataHolds) {
-  const auto cuav = watersky::testing::real_data("cuav_flight");
-  const auto brighton = watersky::testing::real_data("brighton_beach");
+  const auto cuav = watersky::test::real_data("cuav_flight");
+  const auto brighton = watersky::test::real_data("brighton_beach");
   if (!cuav || !brighton) GTEST_SKIP() << "the real data is not here";
   const Inspection log = inspect(*cuav / "flight.tlog").value();
   EXPECT_EQ(log.kind, "tlog");

@@ -6,7 +6,7 @@
 
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/autopilot_log.hpp"
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/detail/photos.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/name_time.hpp"
@@ -97,9 +97,9 @@ Result<ImageTimes> image_times(const std::vector<PhotoFile>& photos, const Autop
 
 Result<RecordedFlight> read_log_flight(const fs::path& folder, const fs::path& log_file,
                                        const ReadOptions& options, const Progress& progress) {
-  if (detail::lower_extension(log_file) != ".tlog")
+  if (lower_extension(log_file) != ".tlog")
     return Error{ErrorCode::Unsupported, log_file.string() + ": is not a .tlog, the only kind of log that is read"};
-  WATERSKY_TRY(const auto bytes, detail::read_bytes(log_file));
+  WATERSKY_TRY(const auto bytes, read_bytes(log_file));
   report(progress, "reading the log", 0, 1);
   WATERSKY_TRY(AutopilotLog log, parse_tlog(bytes, log_file.filename().string()));
   report(progress, "reading the log", 1, 1);

@@ -9,7 +9,7 @@
 #include "watersky/io/autopilot_log.hpp"
 #include "watersky/io/name_time.hpp"
 #include "watersky/io/read_flight.hpp"
-#include "watersky/io/testing/make_photo.hpp"
+#include "support/make_photo.hpp"
 #include "watersky/wire/tlog.hpp"
 
 namespace watersky {
@@ -21,11 +21,11 @@ using ::testing::Each;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 using mavlink::Message;
-using watersky::testing::Bytes;
-using watersky::testing::make_photo;
-using watersky::testing::Photo;
-using watersky::testing::TemporaryFolder;
-using watersky::testing::write;
+using watersky::test::Bytes;
+using watersky::test::make_photo;
+using watersky::test::Photo;
+using watersky::test::TemporaryFolder;
+using watersky::test::write;
 
 constexpr Time kBoot{std::chrono::seconds(1'533'430'800)};  // 2018-08-05T01:00:00Z
 
@@ -339,7 +339,7 @@ TEST(NameTime, FollowsAPattern) {
 // The data's description: "every frame has log records within 0.25 s; 79 to 83 m above take-off,
 // 15 s, heading about 332°, roll up to 10°".
 TEST(LogFlight, CuavFlightIsPlacedWhole) {
-  const auto data = watersky::testing::real_data("cuav_flight");
+  const auto data = watersky::test::real_data("cuav_flight");
   if (!data) GTEST_SKIP() << "the real data is not here";
   ReadOptions options;
   options.sea_level = SeaLevelOption{SeaReference::TakeOff, 0};

@@ -7,7 +7,7 @@
 
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/detail/photos.hpp"
 #include "watersky/io/image_file.hpp"
 
@@ -138,9 +138,9 @@ class Heights {
 
 Result<std::vector<RtkMark>> read_marks(const fs::path& folder) {
   std::vector<RtkMark> out;
-  WATERSKY_TRY(const auto files, detail::files_with_extension(folder, {".mrk"}));
+  WATERSKY_TRY(const auto files, files_with_extension(folder, {".mrk"}));
   for (const fs::path& file : files) {
-    WATERSKY_TRY(const std::string text, detail::read_text(file, std::size_t{1} << 26));
+    WATERSKY_TRY(const std::string text, read_text(file, std::size_t{1} << 26));
     for (RtkMark& mark : parse_rtk_marks(text)) out.push_back(mark);
   }
   return out;

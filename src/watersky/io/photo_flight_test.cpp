@@ -6,10 +6,10 @@
 
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/exif.hpp"
 #include "watersky/io/read_flight.hpp"
-#include "watersky/io/testing/make_photo.hpp"
+#include "support/make_photo.hpp"
 
 namespace watersky {
 namespace {
@@ -18,11 +18,11 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
-using watersky::testing::Bytes;
-using watersky::testing::make_photo;
-using watersky::testing::Photo;
-using watersky::testing::TemporaryFolder;
-using watersky::testing::write;
+using watersky::test::Bytes;
+using watersky::test::make_photo;
+using watersky::test::Photo;
+using watersky::test::TemporaryFolder;
+using watersky::test::write;
 
 /// 40 m above take-off, looking straight down, image top east, 11 m further north each second.
 Photo photo(int i) {
@@ -240,7 +240,7 @@ TEST(PhotoFlight, NoHeightAboveTakeOffMeansNoTakeOffSeaLevel) {
 }
 
 TEST(PhotoFlight, BrightonBeachIsReadWhole) {
-  const auto data = watersky::testing::real_data("brighton_beach");
+  const auto data = watersky::test::real_data("brighton_beach");
   if (!data) GTEST_SKIP() << "the real data is not here";
   ReadOptions options;
   options.sea_level = SeaLevelOption{SeaReference::TakeOff, 0};
@@ -249,7 +249,7 @@ TEST(PhotoFlight, BrightonBeachIsReadWhole) {
   ASSERT_EQ(flight->frames.size(), 18u);
   EXPECT_THAT(flight->left_out, SizeIs(0));
   EXPECT_NEAR(flight->camera.focal_px(), 2340, 10);
-  const auto t = CsvTable::parse(detail::read_text(*data / "poses.csv").value(), "poses.csv").value();
+  const auto t = CsvTable::parse(read_text(*data / "poses.csv").value(), "poses.csv").value();
   for (std::size_t row = 0; row < t.rows(); ++row) {
     const auto value = [&](const char* column) { return t.number(row, t.column(column).value()).value(); };
     const ImageFrame& frame = flight->frames[row];

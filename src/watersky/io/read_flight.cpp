@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/io/read_flight.hpp"
 
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
 #include "watersky/io/log_flight.hpp"
 #include "watersky/io/photo_flight.hpp"
@@ -15,7 +15,7 @@ namespace {
 /// --log, or the only .tlog in the folder.
 Result<std::optional<fs::path>> log_of(const fs::path& folder, const ReadOptions& options) {
   if (options.log) return options.log;
-  WATERSKY_TRY(const auto logs, detail::files_with_extension(folder, {".tlog"}));
+  WATERSKY_TRY(const auto logs, files_with_extension(folder, {".tlog"}));
   if (logs.size() > 1)
     return Error{ErrorCode::InvalidInput, folder.string() + ": holds " + std::to_string(logs.size()) +
                                               " logs; say which with --log FILE"};
@@ -29,7 +29,7 @@ Result<RecordingKind> recording_kind(const fs::path& path, const ReadOptions& op
   if (!fs::exists(path, ec))
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   if (!fs::is_directory(path, ec)) {
-    if (detail::lower_extension(path) == ".tlog")
+    if (lower_extension(path) == ".tlog")
       return Error{ErrorCode::Unsupported, path.string() + ": is a log without images; give the folder of photographs and the log with --log"};
     return Error{ErrorCode::Unsupported,
                  path.string() + ": is not a folder; give a flight folder or a folder of photographs"};

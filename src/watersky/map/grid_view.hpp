@@ -38,8 +38,8 @@ struct GridView {
   CellBox box;                             ///< of all cells the footprint touches
   double pixels_per_cell = 1.0;            ///< along one edge, at the middle of the image
 
-  /// The same view in an image of another size.
-  [[nodiscard]] GridView scaled_to(int width_px, int height_px) const;
+  /// The same view in an image of another size: `scaled` is this view's camera, scaled.
+  [[nodiscard]] GridView with(const CameraModel& scaled) const;
 };
 
 /// `sea_from_grid` is affine: (c, r, 1) to (north, east, 1) in the view's Sea frame.

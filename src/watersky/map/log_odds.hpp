@@ -20,8 +20,8 @@ class CellDynamics {
  public:
   /// `p_ice_given_ice`, `p_ice_given_water`: transition probabilities over `step_s` seconds.
   /// InvalidInput when they are no probabilities, or when `prior` is not the chain's stationary
-  /// probability: with another prior the subtraction in (2.27) is not exact (errata 8). The
-  /// message names the stationary probability.
+  /// probability: with another prior the subtraction in (2.27) is not exact. The message
+  /// names the stationary probability.
   [[nodiscard]] static Result<CellDynamics> make(double p_ice_given_ice, double p_ice_given_water,
                                                  double step_s, double prior);
 

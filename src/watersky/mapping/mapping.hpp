@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// The main job: a flight in, a map of its ice and an account of every frame out.
-#include <nlohmann/json_fwd.hpp>
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,7 +11,7 @@
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/map/ice_map.hpp"
 #include "watersky/map/mosaic.hpp"
-#include "watersky/vision/segmenter.hpp"
+#include "watersky/vision/otsu.hpp"
 
 namespace watersky {
 
@@ -36,9 +36,7 @@ struct MapReference {
 
 struct MappingParameters {
   MapParameters map;
-  double p_ice_if_ice = 0.7;    ///< P1 of (2.31)
-  double p_ice_if_water = 0.4;  ///< P2 of (2.31)
-  int close_px = 0;
+  OtsuParameters otsu;
   double sigma_m = 0.0;
   double min_grazing_deg = 10.0;
   double max_pose_gap_s = 0.5;
@@ -46,9 +44,7 @@ struct MappingParameters {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     MapParameters::describe(self.map, visit);
-    visit(self.p_ice_if_ice, ParameterInfo{"p_ice_if_ice", "1", "P1 of (2.31): P(ice) of a pixel classed ice", 0.5, 0.9999});
-    visit(self.p_ice_if_water, ParameterInfo{"p_ice_if_water", "1", "P2 of (2.31): P(ice) of a pixel classed water", 0.0001, 0.5});
-    visit(self.close_px, ParameterInfo{"close_px", "px", "morphological closing of the ice mask, edge of its kernel; 0 for none", 0, 99});
+    OtsuParameters::describe(self.otsu, visit);
     visit(self.sigma_m, ParameterInfo{"sigma_m", "m", "Gaussian softening on the sea for where the pose may be wrong", 0, 1000});
     visit(self.min_grazing_deg, ParameterInfo{"min_grazing_deg", "deg", "sea seen at a flatter angle is not used", 1, 89});
     visit(self.max_pose_gap_s, ParameterInfo{"max_pose_gap_s", "s", "longest gap between poses that is interpolated", 0, 3600});
@@ -67,7 +63,7 @@ struct MappingOptions {
 struct UsedFrame {
   std::string file;
   CameraPose pose;
-  std::vector<Eigen::Vector2d> footprint_easting_northing_m;  ///< closed, last point not repeated
+  std::vector<Eigen::Vector2d> footprint_easting_northing_m{};  ///< closed, last point not repeated
   double gsd_m = 0.0;
   double height_above_sea_m = 0.0;
   double ice_fraction = 0.0;  ///< of the pixels that were known, before the map
@@ -79,11 +75,11 @@ struct MapRun {
   std::string flight_name;
   MapReference reference;
   IceMap map;
-  Mosaic mosaic;
-  std::vector<UsedFrame> used;
-  std::vector<LeftOut> left_out;
+  Mosaic mosaic{};
+  std::vector<UsedFrame> used{};
+  std::vector<LeftOut> left_out{};
   std::size_t frames_total = 0;
-  std::vector<std::string> notes;  ///< what was assumed, chosen or noticed, one sentence each
+  std::vector<std::string> notes{};  ///< what was assumed, chosen or noticed, one sentence each
   MappingOptions options;
   IcePolarity ice = IcePolarity::Brighter;  ///< given, or found
   std::string calibration;   ///< where the intrinsics come from

@@ -5,7 +5,7 @@
 
 #include "watersky/camera/calibration_file.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/detail/files.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
 
 namespace watersky {

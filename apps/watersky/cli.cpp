@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: MIT
+#include "cli.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <memory>
+
+namespace watersky::cli {
+
+namespace {
+
+int g_exit_status = 0;
+
+int status_of(const Error& error) { return error.code == ErrorCode::Usage ? 2 : 1; }
+
+}  // namespace
+
+int exit_status() { return g_exit_status; }
+
+CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& description,
+                   std::function<VerbResult(const Common&)> body) {
+  CLI::App* verb = app.add_subcommand(name, description);
+  auto common = std::make_shared<Common>();
+  verb->add_flag("--json", common->json, "print the result as one JSON object on standard output");
+  auto* quiet = verb->add_flag("-q,--quiet", common->quiet, "print errors only");
+  verb->add_flag("-v,--verbose", common->verbose, "print every frame")->excludes(quiet);
+  verb->callback([name, common, body = std::move(body)] {
+    const VerbResult result = body(*common);
+    if (!result) {
+      g_exit_status = status_of(result.error());
+      std::fprintf(stderr, "watersky %s: %s\n", name.c_str(), result.error().message.c_str());
+      if (common->json)
+        std::printf("%s\n", nlohmann::json{{"error", {{"code", to_string(result.error().code)},
+                                                      {"message", result.error().message}}}}
+                                .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
+                                .c_str());
+      return;
+    }
+    if (common->json)
+      std::printf("%s\n", result->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+  });
+  return *verb;
+}
+
+std::string option_name(std::string_view parameter) {
+  std::string name = "--";
+  for (const char c : parameter) name += c == '_' ? '-' : c;
+  return name;
+}
+
+Progress progress_bar(const Common& common) {
+  if (common.quiet) return {};
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  auto last_stage = std::make_shared<std::string>();
+  auto last_percent = std::make_shared<int>(-1);
+  return [terminal, last_stage, last_percent](std::string_view stage, std::size_t done, std::size_t total) {
+    const bool new_stage = *last_stage != stage;
+    const int percent = total == 0 ? -1 : static_cast<int>(100 * done / total);
+    if (new_stage) {
+      *last_stage = stage;
+      *last_percent = -1;
+    }
+    if (!terminal) {
+      if (new_stage) std::fprintf(stderr, "%.*s …\n", static_cast<int>(stage.size()), stage.data());
+      return;
+    }
+    if (!new_stage && percent == *last_percent) return;
+    *last_percent = percent;
+    constexpr int kWidth = 30;
+    std::string bar(kWidth, ' ');
+    for (int i = 0; i < kWidth * std::max(percent, 0) / 100; ++i) bar[static_cast<std::size_t>(i)] = '=';
+    std::fprintf(stderr, "\r\033[K%-10.*s [%s] %zu/%zu", static_cast<int>(stage.size()), stage.data(), bar.c_str(), done, total);
+    if (done >= total) {
+      std::fprintf(stderr, "\r\033[K");
+      last_stage->clear();
+    }
+    std::fflush(stderr);
+  };
+}
+
+void say(const Common& common, const std::string& line) {
+  if (!common.quiet && !common.json) std::printf("%s\n", line.c_str());
+}
+
+void say_more(const Common& common, const std::string& line) {
+  if (common.verbose) say(common, line);
+}
+
+void warn(const Common& common, const std::string& line) {
+  if (!common.quiet) std::fprintf(stderr, "%s\n", line.c_str());
+}
+
+}  // namespace watersky::cli

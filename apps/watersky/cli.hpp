@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What all verbs share: levels, JSON, progress, and options made from described parameters.
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <type_traits>
+
+#include "watersky/base/parameters.hpp"
+#include "watersky/base/progress.hpp"
+#include "watersky/base/result.hpp"
+
+namespace watersky::cli {
+
+/// Options that every verb takes.
+struct Common {
+  bool json = false;
+  bool quiet = false;
+  bool verbose = false;
+};
+
+/// What a verb gives back: shown as JSON with --json; the verb has printed its own text before.
+using VerbResult = Result<nlohmann::json>;
+
+/// Adds a verb with the common options; `body` runs when it is called.
+CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& description,
+                   std::function<VerbResult(const Common&)> body);
+
+/// Exit status of the verb that ran: 0 done, 1 the input or the world is at fault, 2 the call is.
+[[nodiscard]] int exit_status();
+
+/// "cell_m" → "--cell-m".
+[[nodiscard]] std::string option_name(std::string_view parameter);
+
+/// Adds an option for each described parameter: name, unit, meaning and default from its one
+/// description.
+template <class Parameters>
+void add_parameters(CLI::App& app, Parameters& parameters) {
+  Parameters::describe(parameters, [&](auto& value, const ParameterInfo& info) {
+    const std::string unit = info.unit == "1" ? "" : " [" + std::string(info.unit) + "]";
+    const std::string help = std::string(info.help) + unit;
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, bool>) {
+      const std::string name = option_name(info.name);
+      app.add_flag(name + ",!--no-" + name.substr(2), value, help)->group("Parameters");
+    } else {
+      app.add_option(option_name(info.name), value, help)->capture_default_str()->group("Parameters");
+    }
+  });
+}
+
+/// A progress bar on standard error when that is a terminal; otherwise a line a stage.
+[[nodiscard]] Progress progress_bar(const Common& common);
+
+/// Text for people, on standard output; nothing with --quiet or --json.
+void say(const Common& common, const std::string& line);
+/// The same, only with --verbose.
+void say_more(const Common& common, const std::string& line);
+/// On standard error, unless --quiet.
+void warn(const Common& common, const std::string& line);
+
+void add_map(CLI::App& app);
+void add_simulate(CLI::App& app);
+void add_inspect(CLI::App& app);
+
+}  // namespace watersky::cli

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// A map against the truth of a simulation: the figures that tests, experiments and benchmarks
+/// are judged by.
+#include <vector>
+
+#include "watersky/ice/accuracy.hpp"
+#include "watersky/mapping/mapping.hpp"
+#include "watersky/sim/simulate.hpp"
+
+namespace watersky {
+
+struct Evaluation {
+  ice::RasterAccuracy raster;
+  /// Isolated true objects of at least the asked length that lie wholly in what was seen.
+  std::size_t true_objects = 0;
+  std::size_t matched_objects = 0;
+  /// Findings of at least that length, wholly seen, that no true object of any length matches.
+  std::size_t false_objects = 0;
+  std::vector<double> centroid_errors_m;  ///< of the matched, ascending
+
+  /// The error that a share of the matched does not exceed; 0 when nothing matched.
+  [[nodiscard]] double centroid_error_m(double share) const;
+};
+
+/// Compares on the map's own cells. `min_length_m`: largest caliper of the objects that count.
+[[nodiscard]] Result<Evaluation> evaluate(const MapRun& run, const sim::Truth& truth, double min_length_m = 3.0);
+
+}  // namespace watersky

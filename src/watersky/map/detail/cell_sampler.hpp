@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// Where the cells of one frame fall in its image, row by row.
+#include <span>
+#include <vector>
+
+#include "watersky/map/grid_view.hpp"
+
+namespace watersky {
+
+/// Positions in the image of n x n samples spread over each cell. A row's buffer is reused by
+/// the next.
+class CellSampler {
+ public:
+  /// `per_edge`: samples along a cell's edge; 1 is the cell's centre; 0 chooses one a pixel.
+  CellSampler(const GridView& view, int per_edge);
+
+  [[nodiscard]] int samples_per_cell() const { return per_edge_ * per_edge_; }
+
+  struct Row {
+    int first_column = 0;
+    int columns = 0;
+    /// samples_per_cell() entries a cell; kUnseen in u where the sample is not in the image, is
+    /// behind the camera, or beyond the grazing limit.
+    const float* u = nullptr;
+    const float* v = nullptr;
+  };
+  static constexpr float kUnseen = -1e9F;
+
+  /// The cells of one row of the grid that the footprint touches; none when columns is 0.
+  [[nodiscard]] Row row(int grid_row);
+
+ private:
+  void project_line(double first_x, double step_x, double y, int count, int offset, int stride);
+
+  const GridView& view_;
+  int per_edge_;
+  bool limited_;
+  std::vector<float> u_, v_;
+};
+
+
+}  // namespace watersky

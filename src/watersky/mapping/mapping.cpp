@@ -1,0 +1,323 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/mapping/mapping.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <future>
+#include <map>
+#include <numbers>
+#include <opencv2/imgproc.hpp>
+
+namespace watersky {
+
+namespace {
+
+/// A frame whose pose is known.
+struct LocatedFrame {
+  const ImageFrame* frame = nullptr;
+  CameraPose pose;
+};
+
+/// A frame whose view of the grid is worked out.
+struct PlannedFrame {
+  const ImageFrame* frame = nullptr;
+  CameraPose pose;
+  SeaView view;
+  GridView grid;
+  int reduction = 1;
+};
+
+/// A frame's pixels, ready to be laid into the map.
+struct PreparedFrame {
+  cv::Mat image;     ///< 8 bit, for the mosaic; empty when none is wanted
+  cv::Mat evidence;  ///< CV_32F log-odds minus the prior's; NaN: not known
+  CameraModel camera;
+  double ice_fraction = 0.0;
+};
+
+/// The strongest reduction while decoding that still leaves a cell its own pixels: with fewer
+/// than √2 along an edge, cells that lie askew would share them.
+int choose_reduction(double pixels_per_cell) {
+  int reduction = 1;
+  while (reduction < 8 && pixels_per_cell / (2 * reduction) >= std::numbers::sqrt2) reduction *= 2;
+  return reduction;
+}
+
+Result<std::pair<cv::Mat, CameraModel>> load(const PlannedFrame& planned, const CameraModel& camera, bool color) {
+  WATERSKY_TRY(const cv::Mat image, planned.frame->load({.color = color, .reduction = planned.reduction}));
+  // A format that cannot be reduced while decoding comes in full size.
+  const CameraModel reduced = camera.reduced_by(planned.reduction);
+  for (const CameraModel& model : {reduced, camera})
+    if (image.cols == model.width_px() && image.rows == model.height_px()) return std::pair(image, model);
+  return Error{ErrorCode::InvalidInput,
+               "its image does not have the calibration's " + std::to_string(camera.width_px()) + "x" +
+                   std::to_string(camera.height_px()) + " pixels; give the calibration of this camera"};
+}
+
+/// 16 bit to 8 for looking at: the middle 98 % of the values over the whole range.
+cv::Mat displayable(const cv::Mat& image) {
+  if (image.depth() == CV_8U) return image;
+  std::vector<float> sample;
+  const int step = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(image.total()) / 10000)));
+  cv::Mat values;
+  image.reshape(1).convertTo(values, CV_32F);
+  for (int v = 0; v < values.rows; v += step)
+    for (int u = 0; u < values.cols; u += step) sample.push_back(values.at<float>(v, u));
+  std::sort(sample.begin(), sample.end());
+  const float low = sample[sample.size() / 100], high = sample[sample.size() - 1 - sample.size() / 100];
+  const double scale = high > low ? 255.0 / (high - low) : 1.0;
+  cv::Mat out;
+  image.convertTo(out, CV_8U, scale, -scale * low);
+  return out;
+}
+
+/// log-odds of P(ice) minus the prior's; NaN stays NaN.
+cv::Mat to_evidence(const cv::Mat& p_ice, double prior, double& ice_fraction) {
+  cv::Mat out(p_ice.size(), CV_32F);
+  const auto prior_log_odds = static_cast<float>(log_odds(prior));
+  // Segmenters that classify return two values only: remember the last conversion.
+  float last_p = -1.0F, last_l = 0.0F;
+  std::size_t ice = 0, known = 0;
+  for (int v = 0; v < p_ice.rows; ++v) {
+    const float* p = p_ice.ptr<float>(v);
+    float* l = out.ptr<float>(v);
+    for (int u = 0; u < p_ice.cols; ++u) {
+      if (p[u] != last_p) {
+        last_p = p[u];
+        const double clamped = std::clamp(static_cast<double>(p[u]), 1e-6, 1 - 1e-6);
+        last_l = std::isnan(p[u]) ? p[u] : static_cast<float>(log_odds(clamped)) - prior_log_odds;
+      }
+      l[u] = last_l;
+      known += !std::isnan(p[u]);
+      ice += p[u] > 0.5F;
+    }
+  }
+  ice_fraction = known == 0 ? 0.0 : static_cast<double>(ice) / static_cast<double>(known);
+  return out;
+}
+
+/// Gaussian softening that keeps unknown pixels unknown and takes nothing from them.
+void soften(cv::Mat& evidence, double sigma_px) {
+  if (!(sigma_px > 0.05)) return;
+  // cv::compare says NaN == NaN of a matrix with itself, so the mask is made by hand.
+  cv::Mat unknown(evidence.size(), CV_8U);
+  std::transform(evidence.begin<float>(), evidence.end<float>(), unknown.begin<uchar>(),
+                 [](float l) { return std::isnan(l) ? uchar{255} : uchar{0}; });
+  evidence.setTo(0.0, unknown);
+  cv::GaussianBlur(evidence, evidence, {}, sigma_px);
+  evidence.setTo(std::numeric_limits<float>::quiet_NaN(), unknown);
+}
+
+Result<MapReference> choose_reference(const Flight& flight, const std::vector<LocatedFrame>& frames,
+                                      const MappingOptions& options) {
+  // The middle of the flight decides, so that its first frame, perhaps over the ship, does not.
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const LocatedFrame& frame : frames) sum += frame.pose.world_from_camera.origin().v;
+  const Geodetic middle = flight.datum.geodetic(Point<World>{sum / static_cast<double>(frames.size())});
+  auto projection = options.projection ? Projection::from_text(*options.projection) : Projection::for_place(middle);
+  if (!projection) return projection.error();
+  WATERSKY_TRY(const Eigen::Vector2d en, projection->forward(middle.latitude, middle.longitude));
+  // A whole number of tiles from the projection's origin: maps of one cell size and projection
+  // then share their tiles, whatever flight made them.
+  const double tile_m = kTileCells * options.parameters.map.cell_m;
+  return MapReference{*projection, std::floor(en.x() / tile_m) * tile_m, std::ceil(en.y() / tile_m) * tile_m,
+                      options.parameters.map.cell_m};
+}
+
+std::string commonest(const std::vector<LeftOut>& left_out) {
+  std::map<std::string, int> count;
+  for (const LeftOut& l : left_out) ++count[l.reason];
+  const auto most = std::max_element(count.begin(), count.end(),
+                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  return most->first;
+}
+
+class FlightMapper {
+ public:
+  FlightMapper(const Flight& flight, const MappingOptions& options, const Progress& progress)
+      : flight_(flight),
+        options_(options),
+        progress_(progress),
+        segmenter_(options.parameters.otsu, options.ice) {}
+
+  Result<MapRun> run();
+
+ private:
+  [[nodiscard]] std::vector<LocatedFrame> locate(std::vector<LeftOut>& left_out) const;
+  [[nodiscard]] Result<std::vector<PlannedFrame>> plan(const std::vector<LocatedFrame>& located, MapRun& run) const;
+  void observe(const std::vector<PlannedFrame>& frames);
+  [[nodiscard]] Result<PreparedFrame> prepare(const PlannedFrame& planned) const;
+  void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared, MapRun& run) const;
+
+  const Flight& flight_;
+  const MappingOptions& options_;
+  const Progress& progress_;
+  OtsuSegmenter segmenter_;
+  /// Frames that observe() decoded and prepare() will ask for again.
+  std::map<const ImageFrame*, std::pair<cv::Mat, CameraModel>> decoded_;
+};
+
+std::vector<LocatedFrame> FlightMapper::locate(std::vector<LeftOut>& left_out) const {
+  std::vector<LocatedFrame> located;
+  for (const ImageFrame& frame : flight_.frames) {
+    auto pose = flight_.camera_pose(frame, seconds(options_.parameters.max_pose_gap_s));
+    if (pose) {
+      located.push_back({&frame, *pose});
+    } else {
+      left_out.push_back({frame.name, pose.error().message});
+    }
+  }
+  return located;
+}
+
+Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFrame>& located, MapRun& run) const {
+  const ViewLimits limits{Angle::degrees(options_.parameters.min_grazing_deg)};
+  std::vector<PlannedFrame> planned;
+  for (const auto& [frame, pose] : located) {
+    WATERSKY_TRY(const Eigen::Matrix3d sea_from_grid, run.reference.sea_from_grid(pose.sea_below));
+    auto view = SeaView::make(flight_.camera, pose.sea_from_camera, limits);
+    auto grid = view ? make_grid_view(*view, sea_from_grid) : Result<GridView>(view.error());
+    if (!grid) {
+      run.left_out.push_back({frame->name, grid.error().message});
+      continue;
+    }
+    const int reduction = choose_reduction(grid->pixels_per_cell);
+    planned.push_back({frame, pose, *std::move(view), *std::move(grid), reduction});
+  }
+  return planned;
+}
+
+void FlightMapper::observe(const std::vector<PlannedFrame>& frames) {
+  // Enough to know the flight's ice and water by; more would only decode twice.
+  constexpr std::size_t kObserved = 32;
+  constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
+  std::size_t cached = 0;
+  const std::size_t count = std::min(kObserved, frames.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const PlannedFrame& planned = frames[i * frames.size() / count];
+    report(progress_, "looking", i, count);
+    auto loaded = load(planned, flight_.camera, options_.parameters.mosaic);
+    if (!loaded) continue;  // prepare() meets the same fault and reports it
+    segmenter_.observe(loaded->first, cv::Mat());
+    const std::size_t bytes = loaded->first.total() * loaded->first.elemSize();
+    if (cached + bytes <= kCacheBytes) {
+      cached += bytes;
+      decoded_.emplace(planned.frame, *std::move(loaded));
+    }
+  }
+}
+
+Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
+  const MappingParameters& p = options_.parameters;
+  std::pair<cv::Mat, CameraModel> loaded{cv::Mat(), flight_.camera};
+  if (const auto found = decoded_.find(planned.frame); found != decoded_.end()) {
+    loaded = found->second;
+  } else {
+    WATERSKY_TRY(loaded, load(planned, flight_.camera, p.mosaic));
+  }
+  auto& [image, camera] = loaded;
+  WATERSKY_TRY(const cv::Mat p_ice, segmenter_.segment(image, cv::Mat()));
+  PreparedFrame prepared{.image = {}, .evidence = {}, .camera = camera, .ice_fraction = 0.0};
+  prepared.evidence = to_evidence(p_ice, p.map.prior, prepared.ice_fraction);
+  soften(prepared.evidence, p.sigma_m / planned.view.gsd_m() * camera.focal_px() / flight_.camera.focal_px());
+  if (p.mosaic) prepared.image = displayable(image);
+  return prepared;
+}
+
+void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared, MapRun& run) const {
+  const auto leave_out = [&](const Error& e) { run.left_out.push_back({planned.frame->name, e.message}); };
+  if (!prepared) return leave_out(prepared.error());
+  const GridView view = planned.grid.with(prepared->camera);
+  if (const Status s = run.map.update(view, prepared->evidence, planned.pose.time); !s) return leave_out(s.error());
+  if (!prepared->image.empty())
+    if (const Status s = run.mosaic.add(view, prepared->image); !s) return leave_out(s.error());
+
+  UsedFrame used{.file = planned.frame->name, .pose = planned.pose};
+  for (const Eigen::Vector2d& corner : planned.grid.footprint)
+    used.footprint_easting_northing_m.push_back(run.reference.easting_northing_m(corner.x(), corner.y()));
+  used.gsd_m = planned.view.gsd_m();
+  used.height_above_sea_m = planned.view.height_m();
+  used.ice_fraction = prepared->ice_fraction;
+  used.cut_by_grazing_limit = planned.view.cut_by_grazing_limit();
+  run.used.push_back(std::move(used));
+}
+
+Result<MapRun> FlightMapper::run() {
+  const auto started = std::chrono::steady_clock::now();
+  if (!flight_.sea_level)
+    return Error{ErrorCode::NotFound, "the height of the sea is not known; give it with --sea-level"};
+
+  const std::size_t total = flight_.frames.size() + flight_.left_out.size();
+  std::vector<LeftOut> left_out = flight_.left_out;
+  const std::vector<LocatedFrame> located = locate(left_out);
+  const auto none = [&](const std::vector<LeftOut>& reasons) {
+    return Error{ErrorCode::OutOfRange, "none of " + std::to_string(total) + " frames could be used" +
+                                            (reasons.empty() ? "" : "; most often: " + commonest(reasons))};
+  };
+  if (located.empty()) return none(left_out);
+
+  WATERSKY_TRY(MapReference reference, choose_reference(flight_, located, options_));
+  WATERSKY_TRY(IceMap map, IceMap::make(options_.parameters.map));
+  MapRun run{.flight_name = flight_.name,
+             .reference = std::move(reference),
+             .map = std::move(map),
+             .left_out = std::move(left_out),
+             .frames_total = total,
+             .notes = flight_.notes,
+             .options = options_,
+             .calibration = flight_.calibration.description,
+             .sea_level = flight_.sea_level->description,
+             .datum = flight_.datum};
+
+  WATERSKY_TRY(const std::vector<PlannedFrame> planned, plan(located, run));
+  observe(planned);
+  const std::size_t window = static_cast<std::size_t>(std::max(1, options_.threads));
+  std::deque<std::future<Result<PreparedFrame>>> ahead;
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    report(progress_, "mapping", i, planned.size());
+    if (window == 1) {
+      integrate(planned[i], prepare(planned[i]), run);
+      continue;
+    }
+    for (; next < planned.size() && next < i + window; ++next)
+      ahead.push_back(std::async(std::launch::async, [this, &planned, next] { return prepare(planned[next]); }));
+    integrate(planned[i], ahead.front().get(), run);
+    ahead.pop_front();
+  }
+  report(progress_, "mapping", planned.size(), planned.size());
+  if (run.used.empty()) return none(run.left_out);
+
+  const PolarityEstimate polarity = segmenter_.polarity();
+  run.ice = polarity.polarity;
+  if (!segmenter_.classes().two_classes) {
+    run.notes.emplace_back(
+        "No frame shows ice and water apart: the map's split may be shading or noise. Look at the mosaic before you trust it.");
+  } else if (options_.ice == IcePolarity::Auto) {
+    run.notes.push_back(std::string("Ice was taken as the ") +
+                        (run.ice == IcePolarity::Brighter ? "brighter" : "darker") + " class: " + polarity.evidence +
+                        (polarity.confidence < kSureOfPolarity ? ". This is not sure; give --ice brighter or --ice darker." : "."));
+  }
+  const auto cut = std::count_if(run.used.begin(), run.used.end(), [](const UsedFrame& u) { return u.cut_by_grazing_limit; });
+  if (cut > 0) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "%d frames see the horizon or sea flatter than %.3g°; that part of them was not used.",
+                  static_cast<int>(cut), options_.parameters.min_grazing_deg);
+    run.notes.emplace_back(text);
+  }
+  run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return run;
+}
+
+}  // namespace
+
+Result<MapRun> map_flight(const Flight& flight, const MappingOptions& options, const Progress& progress) {
+  WATERSKY_CHECK(validate(options.parameters));
+  return FlightMapper(flight, options, progress).run();
+}
+
+}  // namespace watersky

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/products/products.hpp"
+
+namespace watersky {
+
+Products products_of(const MapRun& run, const ice::ObjectParameters& parameters) {
+  const CellBox box = run.map.seen();
+  Products p(run.reference.projection);
+  p.flight_name = run.flight_name;
+  p.geotransform = run.reference.geotransform(box);
+  p.rasters = {run.map.probability(box), run.map.looks(box), run.map.last_seen_s(box)};
+  if (!run.mosaic.empty()) p.mosaic_bgra = run.mosaic.bgra(box);
+  p.object_parameters = parameters;
+  p.used = run.used;
+  p.left_out = run.left_out;
+  p.frames_total = run.frames_total;
+  p.notes = run.notes;
+  p.options = run.options;
+  p.ice = run.ice;
+  p.calibration = run.calibration;
+  p.sea_level = run.sea_level;
+  p.datum = run.datum;
+  p.mapping_wall_s = run.wall_s;
+  analyse(p);
+  return p;
+}
+
+Status write_products(const MapRun& run, const std::filesystem::path& out,
+                      const WriteOptions& options, const Progress& progress) {
+  WATERSKY_CHECK(check_output(out, options));
+  return write_products(products_of(run), out, options, progress);
+}
+
+}  // namespace watersky

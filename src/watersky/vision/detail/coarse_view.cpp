@@ -1,0 +1,219 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/vision/detail/coarse_view.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <opencv2/imgproc.hpp>
+#include <vector>
+
+namespace watersky::detail {
+namespace {
+
+/// The shorter side is averaged down to between this and twice this.
+constexpr int kShortSide_px = 240;
+/// Gaussian, in pixels of the frame, that averages noise over some 4 pi sigma² = 18 of them.
+constexpr double kBlur_px = 1.2;
+/// Means at least this many within-class sigmas apart: a Gaussian cut in half gives 2.65.
+constexpr double kSeparation = 2.8;
+/// Of two modes, the valley is at most this part of the lower peak.
+constexpr double kValley = 0.75;
+constexpr double kSmallestFraction = 0.002;
+/// Across the border between classes the level changes, from kStepReach_px before it to as far
+/// behind, by at least this part of their contrast: at edges it does (0.49 to 0.83 as seen), by
+/// shading it does not (0.09 to 0.34).
+constexpr double kStep = 0.42;
+/// Correlation of the classes of pixels kLag_px apart: noise cut in half has none.
+constexpr double kCoherence = 0.15;
+constexpr int kStepReach_px = 3;
+constexpr int kLag_px = 4;
+
+/// Whether Otsu's classes have edges between them and hold together: one walk along rows and
+/// columns, over pairs of neighbours (edges) and of pixels kLag_px apart (coherence).
+bool has_two_classes(const CoarseView& view) {
+  const double f = view.bright_fraction, contrast = view.bright - view.dark;
+  const int rows = view.level.rows, cols = view.level.cols;
+  if (std::min(rows, cols) <= 2 * kLag_px || contrast <= 0.0) return false;
+  const auto threshold = static_cast<float>(view.threshold);
+  long pairs = 0, agree = 0, edges = 0;
+  double steps = 0.0;
+  for (int y = 0; y < rows; ++y) {
+    const float* here = view.level.ptr<float>(y);
+    const unsigned char* shown = view.valid.empty() ? nullptr : view.valid.ptr(y);
+    const bool down = y >= kStepReach_px && y + kLag_px < rows;
+    const float* above = down ? view.level.ptr<float>(y - kStepReach_px) : nullptr;
+    const float* next = down ? view.level.ptr<float>(y + 1) : nullptr;
+    const float* below = down ? view.level.ptr<float>(y + kLag_px) : nullptr;
+    const unsigned char* shown_above = down && shown ? view.valid.ptr(y - kStepReach_px) : nullptr;
+    const unsigned char* shown_below = down && shown ? view.valid.ptr(y + kLag_px) : nullptr;
+    for (int x = kStepReach_px; x + kLag_px < cols; ++x) {
+      const bool bright = here[x] > threshold;
+      const bool across = !shown || (shown[x - kStepReach_px] && shown[x] && shown[x + kLag_px]);
+      if (across) {
+        ++pairs;
+        agree += bright == (here[x + kLag_px] > threshold);
+        if (bright != (here[x + 1] > threshold)) {
+          ++edges;
+          steps += std::abs(here[x + kLag_px] - here[x - kStepReach_px]);
+        }
+      }
+      if (down && (!shown || (shown_above[x] && shown[x] && shown_below[x]))) {
+        ++pairs;
+        agree += bright == (below[x] > threshold);
+        if (bright != (next[x] > threshold)) {
+          ++edges;
+          steps += std::abs(below[x] - above[x]);
+        }
+      }
+    }
+  }
+  if (pairs == 0 || edges == 0) return false;
+  const double chance = f * f + (1.0 - f) * (1.0 - f);
+  const double alike = static_cast<double>(agree) / static_cast<double>(pairs);
+  return (alike - chance) / (1.0 - chance) >= kCoherence &&
+         steps / static_cast<double>(edges) >= kStep * contrast;
+}
+
+}  // namespace
+
+Split split_bins(const double (&counts)[256]) {
+  Split split;
+  double n = 0.0, sum = 0.0, square = 0.0;
+  for (int i = 0; i < 256; ++i) {
+    n += counts[i];
+    sum += i * counts[i];
+    square += static_cast<double>(i) * i * counts[i];
+  }
+  if (n <= 0.0) return split;
+  double below = 0.0, sum_below = 0.0, best = 0.0;
+  for (int i = 0; i < 255; ++i) {
+    below += counts[i];
+    sum_below += i * counts[i];
+    const double above = n - below;
+    if (below <= 0.0 || above <= 0.0) continue;
+    const double dark = sum_below / below, bright = (sum - sum_below) / above;
+    const double between = below * above * (bright - dark) * (bright - dark);
+    if (between > best) {
+      best = between;
+      split = {i, dark, bright, above / n, 0.0, false};
+    }
+  }
+  if (best <= 0.0) return split;
+  const double within = (square - sum * sum / n) / n - best / (n * n);
+  const double sigma = std::sqrt(std::max(within, 1e-9));
+  const double gap = split.bright_bin - split.dark_bin;
+  split.separation = gap / sigma;
+  if (split.separation < kSeparation) return split;
+  // Density smoothed a little, to see the valley and not the dice.
+  const double bandwidth = std::max(1.5, 0.3 * sigma);
+  const int reach = static_cast<int>(std::ceil(3.0 * bandwidth));
+  std::vector<double> kernel(static_cast<std::size_t>(reach) + 1);
+  for (int k = 0; k <= reach; ++k)
+    kernel[static_cast<std::size_t>(k)] = std::exp(-0.5 * k * k / (bandwidth * bandwidth));
+  std::array<double, 256> density{};
+  for (int i = 0; i < 256; ++i)
+    for (int k = -reach; k <= reach; ++k)
+      density[static_cast<std::size_t>(i)] +=
+          kernel[static_cast<std::size_t>(std::abs(k))] * counts[std::clamp(i + k, 0, 255)];
+  const auto first = density.begin();
+  const auto cut = first + split.last_dark_bin + 1;
+  const auto dark_peak = std::max_element(first, cut);
+  const auto bright_peak = std::max_element(cut, density.end());
+  const double valley = *std::min_element(dark_peak, bright_peak + 1);
+  split.two_modes = valley <= kValley * std::min(*dark_peak, *bright_peak);
+  return split;
+}
+
+CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid) {
+  CoarseView view;
+  // Averaging would spread each dead or hot pixel to a spot.
+  cv::Mat gray;
+  cv::medianBlur(frame, gray, 3);
+  const int factor = std::max(1, std::min(gray.rows, gray.cols) / kShortSide_px);
+  // Whole blocks only: some ten times as fast, for a few pixels less at the far edges.
+  const cv::Size size(gray.cols / factor, gray.rows / factor);
+  const cv::Rect whole(0, 0, size.width * factor, size.height * factor);
+  const auto reduced = [&](const cv::Mat& image) {
+    cv::Mat small;
+    if (factor == 1) return image;
+    cv::resize(image(whole), small, size, 0, 0, cv::INTER_AREA);
+    return small;
+  };
+  // What the averaging over factor x factor pixels has not yet done.
+  const double blur_px =
+      std::sqrt(std::max(0.0, kBlur_px * kBlur_px - factor * factor / 12.0)) / factor;
+  const auto blur = [&](cv::Mat& image) {
+    if (blur_px > 0.25)
+      cv::GaussianBlur(image, image, cv::Size(0, 0), blur_px, blur_px, cv::BORDER_REFLECT);
+  };
+  if (valid.empty()) {
+    reduced(gray).convertTo(view.level, CV_32F);
+    blur(view.level);
+  } else {
+    // Mean over the valid pixels only: blurred levels over blurred validity.
+    cv::Mat masked, weight;
+    gray.copyTo(masked, valid);
+    reduced(masked).convertTo(view.level, CV_32F);
+    cv::Mat shown = valid != 0;
+    reduced(shown).convertTo(weight, CV_32F, 1.0 / 255.0);
+    blur(view.level);
+    blur(weight);
+    view.valid = weight > 0.5;
+    cv::divide(view.level, cv::max(weight, 0.5), view.level);
+  }
+
+  double least = 0.0, most = 0.0;
+  if (!view.valid.empty() && cv::countNonZero(view.valid) == 0) {
+    view.level.release();
+    return view;
+  }
+  cv::minMaxLoc(view.level, &least, &most, nullptr, nullptr, view.valid);
+  view.median = view.low = view.high = view.threshold = view.dark = view.bright = least;
+  if (most - least < 1e-6) return view;
+
+  // Fine bins first, for the quantiles: whatever outliers are left must not stretch the 256.
+  constexpr int kFine = 4096;
+  std::array<std::uint32_t, kFine> fine{};
+  const auto origin = static_cast<float>(least);
+  const auto fine_per_level = static_cast<float>((kFine - 1) / (most - least));
+  std::uint32_t shown_px = 0;
+  for (int y = 0; y < view.level.rows; ++y) {
+    const float* row = view.level.ptr<float>(y);
+    const unsigned char* shown = view.valid.empty() ? nullptr : view.valid.ptr(y);
+    for (int x = 0; x < view.level.cols; ++x) {
+      if (shown && !shown[x]) continue;
+      ++fine[static_cast<std::size_t>((row[x] - origin) * fine_per_level)];
+      ++shown_px;
+    }
+  }
+  const auto quantile = [&](double q) {
+    double left = q * shown_px;
+    std::size_t i = 0;
+    while (i + 1 < kFine && (left -= fine[i]) > 0.0) ++i;
+    return least + (static_cast<double>(i) + 0.5) / fine_per_level;
+  };
+  view.median = quantile(0.5);
+  view.low = quantile(0.0005);
+  view.high = quantile(0.9995);
+  const double margin = 0.05 * (view.high - view.low) + 1.0 / fine_per_level;
+  const double first = view.low - margin;
+  const double bins_per_level = 256.0 / (view.high - view.low + 2.0 * margin);
+  double counts[256] = {};
+  for (std::size_t i = 0; i < kFine; ++i) {
+    const double level = least + (static_cast<double>(i) + 0.5) / fine_per_level;
+    counts[static_cast<int>(std::clamp((level - first) * bins_per_level, 0.0, 255.0))] += fine[i];
+  }
+  const Split split = split_bins(counts);
+  view.threshold = first + (split.last_dark_bin + 1.0) / bins_per_level;
+  view.dark = first + (split.dark_bin + 0.5) / bins_per_level;
+  view.bright = first + (split.bright_bin + 0.5) / bins_per_level;
+  view.bright_fraction = split.bright_fraction;
+  view.two_classes =
+      split.separation >= kSeparation &&
+      std::min(split.bright_fraction, 1.0 - split.bright_fraction) >= kSmallestFraction &&
+      has_two_classes(view);
+  return view;
+}
+
+}  // namespace watersky::detail

@@ -1,0 +1,71 @@
+# SPDX-License-Identifier: MIT
+cmake_minimum_required(VERSION 3.25)
+
+function(run what)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE status
+                  OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT status EQUAL 0)
+    message(FATAL_ERROR "${what} failed (${status}):\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+file(REMOVE_RECURSE ${WORK_DIR})
+set(prefix ${WORK_DIR}/prefix)
+set(consumer ${WORK_DIR}/consumer)
+
+set(config)
+if(CONFIG)
+  set(config --config ${CONFIG})
+endif()
+run("install" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${prefix} ${config})
+
+# What is installed must not lean on the place where it was built.
+file(GLOB_RECURSE exports ${prefix}/*.cmake)
+if(NOT exports)
+  message(FATAL_ERROR "no CMake package was installed under ${prefix}")
+endif()
+foreach(file ${exports})
+  file(READ ${file} text)
+  foreach(leak ${SOURCE_DIR} ${BUILD_DIR} watersky_warnings watersky_options -Wall -fsanitize)
+    string(FIND "${text}" "${leak}" at)
+    if(NOT at EQUAL -1)
+      message(FATAL_ERROR "${file} leaks ${leak}")
+    endif()
+  endforeach()
+endforeach()
+file(GLOB_RECURSE private ${prefix}/include/*/detail/* ${prefix}/include/*.cpp)
+if(private)
+  message(FATAL_ERROR "private files were installed: ${private}")
+endif()
+
+# The README's C++ example is the consumer's program.
+file(READ ${SOURCE_DIR}/README.md readme)
+string(FIND "${readme}" "```cpp\n" begin)
+if(begin EQUAL -1)
+  message(FATAL_ERROR "README.md has no C++ example")
+endif()
+math(EXPR begin "${begin} + 7")
+string(SUBSTRING "${readme}" ${begin} -1 program)
+string(FIND "${program}" "```" end)
+string(SUBSTRING "${program}" 0 ${end} program)
+file(COPY ${CMAKE_CURRENT_LIST_DIR}/consumer/ DESTINATION ${consumer})
+file(WRITE ${consumer}/main.cpp "${program}")
+
+# And every installed header stands on its own.
+file(GLOB_RECURSE headers RELATIVE ${prefix}/include ${prefix}/include/*.hpp)
+set(includes "")
+foreach(header ${headers})
+  string(APPEND includes "#include \"${header}\"\n")
+endforeach()
+file(WRITE ${consumer}/all_headers.cpp "${includes}")
+
+set(launcher)
+if(LAUNCHER)
+  set(launcher -D CMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
+endif()
+run("configuring the consumer" ${CMAKE_COMMAND} -S ${consumer} -B ${consumer}/build -G ${GENERATOR}
+    -D CMAKE_CXX_COMPILER=${COMPILER} -D CMAKE_PREFIX_PATH=${prefix} ${launcher})
+run("building the consumer" ${CMAKE_COMMAND} --build ${consumer}/build)
+run("the consumer" ${consumer}/build/consumer)
+message("${output}")
