@@ -200,7 +200,7 @@ Result<Inspection> inspect_recording(const fs::path& folder) {
 
 }  // namespace
 
-void Inspection::Extent::add(double latitude_deg, double longitude_deg) {
+void GeographicExtent::add(double latitude_deg, double longitude_deg) {
   south_deg = std::min(south_deg, latitude_deg);
   north_deg = std::max(north_deg, latitude_deg);
   west_deg = std::min(west_deg, longitude_deg);

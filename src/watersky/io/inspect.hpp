@@ -13,6 +13,12 @@
 
 namespace watersky {
 
+/// A box; a flight across 180° of longitude spans the globe in it.
+struct GeographicExtent {
+  double south_deg = 90, west_deg = 180, north_deg = -90, east_deg = -180;
+  void add(double latitude_deg, double longitude_deg);
+};
+
 struct Inspection {
   /// "flight_folder", "photographs", "photographs_with_log", "tlog", "photograph",
   /// "calibration" or "csv".
@@ -24,11 +30,7 @@ struct Inspection {
   std::map<std::string, double> rates_hz;
   std::optional<Time> first, last;
 
-  struct Extent {
-    double south_deg = 90, west_deg = 180, north_deg = -90, east_deg = -180;
-    void add(double latitude_deg, double longitude_deg);
-  };
-  std::optional<Extent> extent;  ///< of the positions; west > east never: a flight over 180° spans the globe
+  std::optional<GeographicExtent> extent;  ///< of the positions
 
   std::map<std::string, std::string> facts;  ///< "camera": "DJI FC300S", "size": "4000x2250"
   std::vector<std::string> notes;
