@@ -75,7 +75,7 @@ std::string cards(const Products& products, const FrameFigures& frames) {
          figure_card("Frames used", std::to_string(products.used.size()) + " of " + std::to_string(products.frames_total),
                      products.left_out.empty() ? "none left out" : std::to_string(products.left_out.size()) + " left out, see below") +
          figure_card("Ground sample distance", metres(frames.median_gsd_m), "median; up to " + number(frames.max_off_nadir_deg, 1) + "° off nadir") +
-         figure_card("Height above the sea", level ? metres(frames.max_height_m) : number(frames.min_height_m, 1) + " to " + metres(frames.max_height_m), escaped(products.sea_level)) +
+         figure_card("Height above the sea", level ? metres(frames.max_height_m) : rounded(frames.min_height_m) + " to " + metres(frames.max_height_m), escaped(products.sea_level)) +
          figure_card("Flown over the map", metres(track_length_m(products)), "in " + number(std::isfinite(frames.first_s) ? frames.last_s - frames.first_s : 0, 0) + " s, first to last frame") +
          "</dl>";
 }

@@ -137,7 +137,7 @@ TEST(Html, PositionsAreDegreesAndDecimalMinutes) {
 }
 
 TEST(Html, NumbersAreRoundedForReading) {
-  EXPECT_EQ(detail::metres(0.0471), "0.0471 m");
+  EXPECT_EQ(detail::metres(0.0471), "4.71 cm");
   EXPECT_EQ(detail::metres(12.345), "12.3 m");
   EXPECT_EQ(detail::square_metres(12345), "12\u2009345 m²");
   EXPECT_EQ(detail::square_metres(1234567), "1.23 km²");

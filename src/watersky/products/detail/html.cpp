@@ -64,6 +64,7 @@ std::string rounded(double value) {
 }
 
 std::string metres(double value_m) {
+  if (std::abs(value_m) > 0 && std::abs(value_m) < 0.1) return rounded(value_m * 100) + " cm";
   return std::abs(value_m) >= 10000 ? rounded(value_m / 1000) + " km" : rounded(value_m) + " m";
 }
 

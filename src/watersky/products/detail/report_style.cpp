@@ -9,9 +9,9 @@ namespace {
 
 // The layers are switched by their inputs alone: the page has no script.
 constexpr const char* kCss = R"css(
-:root{--paper:#fff;--ground:#f3f5f7;--ink:#16202b;--soft:#5a6875;--line:#d5dce2;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00}
-@media (prefers-color-scheme:dark){:root{--paper:#10161d;--ground:#0b1015;--ink:#e6ecf1;--soft:#93a1ae;--line:#2a3540;--card:#151d26;--hatch:#332e26;--hatch-line:#4a4336;--panel:#10161de6;--count:#56b4e9;--area:#e69f00}}
-@media print{:root{--paper:#fff;--ground:#fff;--ink:#000;--soft:#444;--line:#bbb;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00}}
+:root{--paper:#fff;--ground:#f3f5f7;--ink:#16202b;--soft:#5a6875;--line:#d5dce2;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00;--grid:#101820}
+@media (prefers-color-scheme:dark){:root{--paper:#10161d;--ground:#0b1015;--ink:#e6ecf1;--soft:#93a1ae;--line:#2a3540;--card:#151d26;--hatch:#332e26;--hatch-line:#4a4336;--panel:#10161de6;--count:#56b4e9;--area:#e69f00;--grid:#9fb4c6}}
+@media print{:root{--paper:#fff;--ground:#fff;--ink:#000;--soft:#444;--line:#bbb;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00;--grid:#101820}}
 *{box-sizing:border-box}
 body{margin:0;background:var(--ground);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;-webkit-print-color-adjust:exact;print-color-adjust:exact}
 header{background:linear-gradient(180deg,#0a1a2e 0%,#14304c 45%,#41677f 82%,#9db9c4 100%);color:#f4f8fb;padding:2.2rem 0 2.9rem}
@@ -26,8 +26,8 @@ h2{font-size:1.12rem;margin:0 0 .7rem}
 .cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(215px,1fr));gap:.7rem;margin:-1.3rem 0 0}
 .card{background:var(--card);border:1px solid var(--line);border-radius:10px;padding:.75rem .95rem}
 .card dt{color:var(--soft);font-size:.82rem}
-.card dd{margin:.1rem 0 0;font-size:1.45rem;font-weight:620;line-height:1.25}
-.card small{display:block;font-size:.78rem;font-weight:400;color:var(--soft);line-height:1.35;margin-top:.15rem}
+.card dd{margin:.1rem 0 0;font-size:1.45rem;font-weight:620;line-height:1.25;white-space:nowrap}
+.card small{display:block;font-size:.78rem;font-weight:400;color:var(--soft);line-height:1.35;margin-top:.15rem;white-space:normal}
 .sheet>input{position:absolute;opacity:0;pointer-events:none}
 .switches{display:flex;flex-wrap:wrap;gap:.5rem 1.2rem;margin-bottom:.8rem}
 .group{display:inline-flex;flex-wrap:wrap;gap:.3rem}
@@ -38,7 +38,7 @@ svg text{fill:var(--ink);font:13px system-ui,-apple-system,"Segoe UI",Roboto,"De
 .unseen-ground{fill:var(--hatch)}.unseen-line{fill:var(--hatch-line)}
 .base{display:none}
 .neatline{fill:none;stroke:var(--ink);stroke-width:1.6}
-.l-graticule path{fill:none;stroke:#101820;stroke-width:.8;stroke-opacity:.38}
+.l-graticule path{fill:none;stroke:var(--grid);stroke-width:.8;stroke-opacity:.42}
 .l-footprints path{fill:none;stroke:%FOOTPRINT%;stroke-width:1.1;stroke-opacity:.85;stroke-linejoin:round}
 .l-track path{fill:none;stroke:%TRACK%;stroke-width:2.4;stroke-linejoin:round;stroke-linecap:round}
 .l-track .halo{stroke:#fff;stroke-width:4.6;stroke-opacity:.65}
