@@ -70,7 +70,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Told{"Obliquely", {.tilt_deg = 30.0, .seed = 3}},
                       Told{"FortyKilometresFromTheDatum", {.scene_north_m = -24000.0, .scene_east_m = 32000.0, .seed = 4}},
                       Told{"WithIceColderThanWater", {.tilt_deg = 15.0, .ice_darker = true, .seed = 5}}),
-    [](const auto& info) { return info.param.name; });
+    [](const auto& story) { return story.param.name; });
 
 TEST(AMappedFloe, KeepsItsAreaAndPlace) {
   const auto sea = story::sea(R"(

@@ -20,7 +20,7 @@ namespace watersky {
 struct ImageRequest {
   bool color = true;  ///< BGR when the file has colour; otherwise, and when false, one channel
   /// Reduced by 1, 2, 4 or 8 while decoding, where the file format can; otherwise full size.
-  /// A reduced image covers the same field: its camera is `camera.scaled_to(cols, rows)`.
+  /// Each pixel is then the mean of a whole block: its camera is `camera.reduced_by(reduction)`.
   int reduction = 1;
 };
 

@@ -50,20 +50,6 @@ std::string turbo_message(tjhandle handle) {
   return text;
 }
 
-/// What was decoded to a whole number of reduced blocks covers slightly more than the image:
-/// resampled to exactly the image's field.
-cv::Mat resampled(const cv::Mat& reduced, int width_px, int height_px, int reduction) {
-  const int cols = std::max(1, (width_px + reduction / 2) / reduction);
-  const int rows = std::max(1, (height_px + reduction / 2) / reduction);
-  const double sx = static_cast<double>(width_px) / reduction / cols;
-  const double sy = static_cast<double>(height_px) / reduction / rows;
-  const cv::Matx23d reduced_from_out(sx, 0, 0.5 * sx - 0.5, 0, sy, 0.5 * sy - 0.5);
-  cv::Mat out;
-  cv::warpAffine(reduced, out, reduced_from_out, {cols, rows}, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
-                 cv::BORDER_REPLICATE);
-  return out;
-}
-
 Result<cv::Mat> decode_jpeg(std::span<const std::uint8_t> bytes, const ImageRequest& request,
                             const std::string& name) {
   const TurboJpeg turbo;
@@ -90,8 +76,6 @@ Result<cv::Mat> decode_jpeg(std::span<const std::uint8_t> bytes, const ImageRequ
                           why.find("extraneous bytes before marker") != std::string::npos;
     if (!harmless) return bad(name, "is damaged or cut short (" + why + ")");
   }
-  if (width % reduction != 0 || height % reduction != 0)
-    return resampled(image, width, height, reduction);
   return image;
 }
 
