@@ -32,8 +32,8 @@ std::string drawn(const MapRun& run, const sim::Truth& truth) {
       int ice = 0, water = 0;
       for (const auto& [dn, de] : {std::pair{0.0, 0.0}, {3.5, 3.5}, {3.5, -3.5}, {-3.5, 3.5}, {-3.5, -3.5}}) {
         const double p = story::p_ice(run, truth, north + dn, east + de);
-        ice += p > 0.8;
-        water += p < 0.2;
+        ice += p > 0.5;
+        water += p < 0.5;
       }
       picture += ice == 5 ? '#' : water == 5 ? '.' : '?';
     }
