@@ -3,12 +3,13 @@
 /// Cloud-optimised GeoTIFF: tiled, with overviews, in the layout that GDAL's COG driver makes and
 /// its validator checks.
 ///
-/// Compression, by measurement (bench/products, 2500 x 2000 cells, one thread): ZSTD level 1
-/// without predictor writes the three data rasters in half the time of DEFLATE level 1, and
-/// predictors only cost: maps are patches of equal values, not slopes. Where GDAL was built
-/// without ZSTD it is DEFLATE. The mosaic is JPEG (quality 90, YCbCr) with an exact mask: a
-/// fifth of the size of DEFLATE, and faster. Overviews are made here, in two-by-two steps that
-/// know what was seen; GDAL's own averaging took longer than the rest of the file.
+/// Compression, as measured on 2500 x 2000 cells and one thread: the three data rasters take
+/// 0.14 s with ZSTD level 1 and 0.27 s with DEFLATE level 1, and predictors make them slower and
+/// larger: maps are patches of equal values, not slopes. Where GDAL was built without ZSTD it is
+/// DEFLATE. The mosaic is JPEG (quality 90, YCbCr) with an exact mask: 1.8 MB where DEFLATE
+/// makes 9.8 MB and WEBP takes three times as long. Overviews are made here, in two-by-two steps
+/// that know what was seen: GDAL's own averaging took as long as the rest of the file. What each
+/// file takes now: bench/products.
 #include <array>
 #include <filesystem>
 #include <opencv2/core/mat.hpp>

@@ -85,9 +85,11 @@ cv::Mat looks_index(const cv::Mat& looks, int most) {
   for (int r = 0; r < index.rows; ++r) {
     const std::uint16_t* n = looks.ptr<std::uint16_t>(r);
     std::uint8_t* out = index.ptr<std::uint8_t>(r);
-    for (int c = 0; c < index.cols; ++c)
-      out[c] = n[c] == 0 ? 0
-                         : static_cast<std::uint8_t>(1 + (most > 1 ? 254 * (std::min<int>(n[c], most) - 1) / (most - 1) : 254));
+    for (int c = 0; c < index.cols; ++c) {
+      const int above_one = std::min<int>(n[c], most) - 1;
+      const int step = most > 1 ? 254 * above_one / (most - 1) : 254;
+      out[c] = static_cast<std::uint8_t>(n[c] == 0 ? 0 : 1 + step);
+    }
   }
   return index;
 }
