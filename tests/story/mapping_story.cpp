@@ -3,7 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <opencv2/core.hpp>
+#include <ostream>
+#include <string>
 
 #include "story.hpp"
 
@@ -32,8 +33,8 @@ std::string drawn(const MapRun& run, const sim::Truth& truth) {
       int ice = 0, water = 0;
       for (const auto& [dn, de] : {std::pair{0.0, 0.0}, {3.5, 3.5}, {3.5, -3.5}, {-3.5, 3.5}, {-3.5, -3.5}}) {
         const double p = story::p_ice(run, truth, north + dn, east + de);
-        ice += p > 0.5;
-        water += p < 0.5;
+        ice += p > 0.7;
+        water += p < 0.3;
       }
       picture += ice == 5 ? '#' : water == 5 ? '.' : '?';
     }
@@ -54,6 +55,8 @@ struct Told {
   story::Survey survey;
 };
 
+void PrintTo(const Told& told, std::ostream* out) { *out << told.name; }
+
 class AMappedSea : public ::testing::TestWithParam<Told> {};
 
 TEST_P(AMappedSea, LooksAsItWasDrawn) {
@@ -70,7 +73,7 @@ INSTANTIATE_TEST_SUITE_P(
                       Told{"Obliquely", {.tilt_deg = 30.0, .seed = 3}},
                       Told{"FortyKilometresFromTheDatum", {.scene_north_m = -24000.0, .scene_east_m = 32000.0, .seed = 4}},
                       Told{"WithIceColderThanWater", {.tilt_deg = 15.0, .ice_darker = true, .seed = 5}}),
-    [](const auto& story) { return story.param.name; });
+    [](const auto& told) { return told.param.name; });
 
 TEST(AMappedFloe, KeepsItsAreaAndPlace) {
   const auto sea = story::sea(R"(

@@ -35,6 +35,7 @@ sim::Simulation simulation(const sim::Sea& sea, const Survey& survey) {
   s.sensor.contrast_counts = 60.0;
   s.sensor.ice_darker = survey.ice_darker;
   s.camera.mount_pitch_deg = -90.0 + survey.tilt_deg;
+  s.camera.frame_rate_hz = 2.0;
 
   // The whole sea and half a swath around it, so that its edges are seen too; neighbouring legs
   // share a third of their swath.
