@@ -62,7 +62,8 @@ struct VideoInfo {
 /// several threads.
 ///
 /// A frame that is damaged, missing, or built on one that is (until the next key frame) is
-/// InvalidInput: a codec would make its pixels up.
+/// InvalidInput: a codec would make its pixels up. Damage that a codec without checksums decodes
+/// without complaint cannot be told.
 [[nodiscard]] std::vector<ImageFrame> video_frames(const VideoInfo& info, double interval_s, Time start);
 
 }  // namespace watersky

@@ -18,6 +18,9 @@ constexpr std::size_t kStreams = 2;
 /// Threads take frames a little out of order.
 constexpr std::size_t kKept = 8;
 constexpr std::size_t kKeptBytes = std::size_t{256} << 20;
+/// A complaint is about one of the next frames, but ffmpeg's threads (16 at most, and one in hand)
+/// decode ahead of what it writes.
+constexpr std::size_t kDecodedAhead = 17;
 /// Filters pass a frame on before they take the next; a few more do no harm.
 constexpr std::size_t kRemembered = 64;
 /// Fewer frames than this are sooner decoded than sought.
@@ -107,7 +110,8 @@ void VideoDecoder::close(const Stream* stream) {
 void VideoDecoder::note(Stream& stream, std::string_view line) const {
   const bool all = line.find("showinfo@all") != std::string_view::npos;
   if (!all && line.find("showinfo@out") == std::string_view::npos) {
-    if (line.find("corrupt decoded frame") != std::string_view::npos) stream.corrupt_next = true;
+    for (const char* sign : {"CRC mismatch", "concealing", "error while decoding MB", "Packet corrupt", "corrupt decoded frame"})
+      if (line.find(sign) != std::string_view::npos) stream.suspect = kDecodedAhead;
     // "[error] …", where ffmpeg has anything to complain about.
     const std::size_t error = line.find("[error] ");
     if (error != std::string_view::npos) stream.complaint = line.substr(error + 8, 160);
@@ -125,9 +129,10 @@ void VideoDecoder::note(Stream& stream, std::string_view line) const {
   const bool gap = !frame || (stream.previous && *frame != *stream.previous + 1);
   const bool same_size =
       line.find(" s:" + std::to_string(info_.width_px) + "x" + std::to_string(info_.height_px) + " ") != std::string_view::npos;
-  if (gap || stream.corrupt_next || !same_size) stream.sound = false;
-  if (frame && same_size && !stream.corrupt_next && number_after(line, " iskey:") == 1) stream.sound = true;
-  stream.corrupt_next = false;
+  const bool suspect = stream.suspect > 0;
+  if (suspect) --stream.suspect;
+  if (gap || suspect || !same_size) stream.sound = false;
+  if (frame && same_size && !suspect && number_after(line, " iskey:") == 1) stream.sound = true;
   if (frame) stream.previous = frame;
   if (stream.sound && !stream.begins_at) stream.begins_at = frame;
   stream.decoded.push_back({*pts, stream.sound});

@@ -61,7 +61,7 @@ class VideoDecoder {
     bool sound = false;
     std::optional<std::size_t> previous;    ///< the last frame that was decoded
     std::optional<std::size_t> begins_at;   ///< the first sound frame
-    bool corrupt_next = false;
+    std::size_t suspect = 0;  ///< so many of the next frames may be the damaged one
     std::deque<Announced> decoded;    ///< the last few, chosen or not
     std::deque<Announced> announced;  ///< chosen, their pixels not read yet
     std::string complaint;  ///< the last line that is about no frame
