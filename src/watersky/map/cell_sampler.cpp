@@ -37,7 +37,7 @@ std::pair<double, double> span_between(const std::vector<Eigen::Vector2d>& polyg
 CellSampler::CellSampler(const GridView& view, int per_edge)
     : view_(view),
       per_edge_(per_edge > 0 ? per_edge
-                             : std::clamp(static_cast<int>(std::ceil(view.pixels_per_cell - 1e-6)), 1, 16)) {
+                             : std::clamp(static_cast<int>(std::lround(view.pixels_per_cell)), 1, 16)) {
   // A footprint that ends at the image's edge everywhere needs no distance test a sample.
   limited_ = false;
   for (const Eigen::Vector2d& p : view.footprint) {

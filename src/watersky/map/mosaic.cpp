@@ -39,8 +39,7 @@ Status Mosaic::add(const GridView& view, const cv::Mat& image) {
   if (image.cols != view.camera.width_px() || image.rows != view.camera.height_px())
     return Error{ErrorCode::InvalidInput, "the image's size contradicts the camera"};
   const bool color = image.channels() == 3;
-  // Pictures are for looking at: the nearest whole number of samples is enough.
-  CellSampler sampler(view, std::clamp(static_cast<int>(std::lround(view.pixels_per_cell)), 1, 16));
+  CellSampler sampler(view, 0);
   const int samples = sampler.samples_per_cell();
   for (int r = view.box.first_row; r < view.box.end_row(); ++r) {
     const CellSampler::Row row = sampler.row(r);

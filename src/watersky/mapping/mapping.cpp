@@ -194,7 +194,7 @@ Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFr
 
 void FlightMapper::observe(const std::vector<PlannedFrame>& frames) {
   // Enough to know the flight's ice and water by; more would only decode twice.
-  constexpr std::size_t kObserved = 32;
+  constexpr std::size_t kObserved = 16;
   constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
   std::size_t cached = 0;
   const std::size_t count = std::min(kObserved, frames.size());

@@ -12,7 +12,8 @@ namespace watersky {
 /// the next.
 class CellSampler {
  public:
-  /// `per_edge`: samples along a cell's edge; 1 is the cell's centre; 0 chooses one a pixel.
+  /// `per_edge`: samples along a cell's edge; 1 is the cell's centre; 0 chooses one a pixel, to the
+  /// nearest whole number (each sample is bilinear, so it reaches a pixel far by itself).
   CellSampler(const GridView& view, int per_edge);
 
   [[nodiscard]] int samples_per_cell() const { return per_edge_ * per_edge_; }
