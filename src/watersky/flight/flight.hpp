@@ -88,6 +88,7 @@ struct Flight {
   std::vector<ImageFrame> frames;
   Trajectory trajectory;
   std::optional<SeaLevel> sea_level;
+  bool times_are_utc = true;       ///< false: a clock of unknown time zone; only differences count
   double readout_s = 0.0;          ///< rolling shutter, first row to last
   std::optional<double> delay_s;   ///< received minus captured, where captured is not known
   std::vector<LeftOut> left_out;   ///< frames already left out by the reader

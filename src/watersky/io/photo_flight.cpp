@@ -311,6 +311,7 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
     flight.frames.push_back(std::move(frame));
   }
 
+  flight.times_are_utc = local_times == 0;
   if (local_times > 0)
     notes.push_back("the photographs' clock names no time zone: times are the camera's own, not UTC");
   if (assumed > 0)

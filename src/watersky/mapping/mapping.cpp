@@ -10,6 +10,8 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
+#include "watersky/geo/rotation.hpp"
+
 namespace watersky {
 
 namespace {
@@ -135,6 +137,15 @@ std::string commonest(const std::vector<LeftOut>& left_out) {
   const auto most = std::max_element(count.begin(), count.end(),
                                      [](const auto& a, const auto& b) { return a.second < b.second; });
   return most->first;
+}
+
+std::string describe_mount(const Flight& flight) {
+  const YawPitchRoll angles = yaw_pitch_roll(flight.mount.rotation * forward_right_down_from_camera().conjugate());
+  char text[120];
+  std::snprintf(text, sizeof text, "roll %.2f°, pitch %.2f°, yaw %.2f° on the %s%s", angles.roll.degrees(),
+                angles.pitch.degrees(), angles.yaw.degrees(), flight.gimbal_reference ? "gimbal" : "body",
+                flight.mount.assumed ? ", assumed" : "");
+  return text;
 }
 
 class FlightMapper {
@@ -271,8 +282,10 @@ Result<MapRun> FlightMapper::run() {
              .notes = flight_.notes,
              .options = options_,
              .calibration = flight_.calibration.description,
+             .mount = describe_mount(flight_),
              .sea_level = flight_.sea_level->description,
-             .datum = flight_.datum};
+             .datum = flight_.datum,
+             .times_are_utc = flight_.times_are_utc};
 
   WATERSKY_TRY(const std::vector<PlannedFrame> planned, plan(located, run));
   observe(planned);

@@ -83,8 +83,10 @@ struct MapRun {
   MappingOptions options;
   IcePolarity ice = IcePolarity::Brighter;  ///< given, or found
   std::string calibration;   ///< where the intrinsics come from
+  std::string mount;         ///< how the camera sits
   std::string sea_level;     ///< how the sea level was given
   Datum datum;
+  bool times_are_utc = true;
   double wall_s = 0.0;
 };
 

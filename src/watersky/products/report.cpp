@@ -56,8 +56,8 @@ std::string title(const Products& products, const FrameFigures& frames) {
   const cv::Mat& p = products.rasters.probability;
   if (const auto middle = products.projection.inverse(products.easting_northing_m({p.cols / 2.0, p.rows / 2.0})))
     place = latitude(middle->latitude, 3) + ", " + longitude(middle->longitude, 3);
-  std::string when = moment(frames.first_s);
-  if (std::isfinite(frames.first_s) && frames.last_s > frames.first_s) when += " to " + moment(frames.last_s);
+  std::string when = moment(frames.first_s, products.times_are_utc);
+  if (std::isfinite(frames.first_s) && frames.last_s > frames.first_s) when += " to " + moment(frames.last_s, products.times_are_utc);
   return "<header><div><p class=\"kicker\">Watersky · sea ice map</p><h1>" + escaped(products.flight_name) +
          "</h1><p>" + when + "</p><p>" + place + "</p></div></header>";
 }
@@ -67,7 +67,7 @@ std::string cards(const Products& products, const FrameFigures& frames) {
   const ice::Concentration& c = products.concentration;
   const bool level = !(frames.max_height_m - frames.min_height_m > 1);
   return "<dl class=\"cards\">" +
-         figure_card("Ice concentration", percent(c.expected), percent(c.thresholded) + " of the area seen is more likely ice than not") +
+         figure_card("Ice concentration", percent(c.thresholded), "of the area seen is more likely ice than not; mean P(ice) " + percent(c.expected)) +
          figure_card("Area seen", square_metres(c.seen_area_m2), "cells of " + metres(products.cell_m())) +
          figure_card("Pieces of ice", std::to_string(products.objects.size()),
                      std::to_string(products.floes.cut_by_edge) + " cut by the edge of what was seen") +
@@ -94,7 +94,7 @@ std::string map_section(const Products& products, const std::string& svg) {
   const std::string looks_ramp = "<span class=\"ramp\" style=\"background:" + gradient(kCountRamp) + "\"></span>";
   return "<section class=\"sheet\"><h2>Map</h2>" + input("radio", "b-probability", true) +
          (mosaic ? input("radio", "b-mosaic", false) : "") + (looks ? input("radio", "b-looks", false) : "") +
-         input("checkbox", "o-footprints", products.used.size() <= 200) + input("checkbox", "o-track", true) +
+         input("checkbox", "o-footprints", products.used.size() <= 40) + input("checkbox", "o-track", true) +
          input("checkbox", "o-icebergs", true) + input("checkbox", "o-graticule", true) +
          "<div class=\"switches\"><span class=\"group\">" + label("b-probability", "Probability of ice") +
          (mosaic ? label("b-mosaic", "Photographs") : "") + (looks ? label("b-looks", "Looks") : "") +
@@ -180,7 +180,7 @@ std::string iceberg_section(const Products& products) {
             (place ? longitude(place->longitude, 3) : "–") + "</td><td>" + escaped(o.size_class) + "</td><td class=\"n\">" +
             metres(o.length_m) + "</td><td class=\"n\">" + metres(o.width_m) + "</td><td class=\"n\">" + square_metres(o.area_m2) +
             "</td><td class=\"n\">" + number(o.mean_probability, 2) + "</td><td class=\"n\">" + number(o.mean_looks, 1) +
-            "</td><td>" + moment(o.last_seen_s) + "</td></tr>";
+            "</td><td>" + moment(o.last_seen_s, products.times_are_utc) + "</td></tr>";
   }
   html += "</tbody></table></div>";
   if (candidates > kMaxIcebergRows)

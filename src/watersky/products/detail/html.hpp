@@ -24,6 +24,6 @@ namespace watersky::detail {
 [[nodiscard]] std::string longitude(Angle longitude, int decimals);
 
 /// "2018-08-05 01:00:44 UTC"; plain seconds when they do not count from 1970.
-[[nodiscard]] std::string moment(double seconds_utc);
+[[nodiscard]] std::string moment(double seconds_utc, bool is_utc = true);
 
 }  // namespace watersky::detail
