@@ -57,9 +57,7 @@ struct Told {
   story::Survey survey;
 };
 
-void PrintTo(const Told& told, std::ostream* out) {
-  *out << told.name;
-}
+void PrintTo(const Told& told, std::ostream* out) { *out << told.name; }
 
 class AMappedSea : public ::testing::TestWithParam<Told> {};
 

@@ -6,8 +6,8 @@
 
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/autopilot_log.hpp"
-#include "watersky/io/files.hpp"
 #include "watersky/io/detail/photos.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/name_time.hpp"
 
@@ -23,16 +23,19 @@ using Times = std::vector<std::optional<Time>>;
 Result<Times> times_from_names(const std::vector<PhotoFile>& photos, const std::string& pattern) {
   WATERSKY_CHECK(check_name_pattern(pattern));
   Times times;
-  for (const PhotoFile& photo : photos) times.push_back(time_from_name(photo.path.stem().string(), pattern));
+  for (const PhotoFile& photo : photos)
+    times.push_back(time_from_name(photo.path.stem().string(), pattern));
   if (std::none_of(times.begin(), times.end(), [](const auto& t) { return t.has_value(); }))
-    return Error{ErrorCode::Usage, "the name pattern \"" + pattern + "\" fits no photograph; the first is named " +
+    return Error{ErrorCode::Usage, "the name pattern \"" + pattern +
+                                       "\" fits no photograph; the first is named " +
                                        photos.front().path.filename().string()};
   return times;
 }
 
 /// The photographs' times by CAMERA_FEEDBACK, when their count or the index range says that they
 /// belong together.
-std::optional<Times> times_from_feedback(const std::vector<CameraFeedback>& feedback, std::size_t photos) {
+std::optional<Times> times_from_feedback(const std::vector<CameraFeedback>& feedback,
+                                         std::size_t photos) {
   if (feedback.empty()) return std::nullopt;
   Times times(photos);
   if (feedback.size() == photos) {
@@ -41,7 +44,9 @@ std::optional<Times> times_from_feedback(const std::vector<CameraFeedback>& feed
   }
   // Telemetry drops messages: the indices tell which photographs have none.
   const int first = feedback.front().image_index;
-  if (feedback.size() > photos || feedback.back().image_index - first + 1 != static_cast<int>(photos)) return std::nullopt;
+  if (feedback.size() > photos ||
+      feedback.back().image_index - first + 1 != static_cast<int>(photos))
+    return std::nullopt;
   for (const CameraFeedback& f : feedback) {
     const int k = f.image_index - first;
     if (k < 0 || k >= static_cast<int>(photos)) return std::nullopt;
@@ -60,12 +65,15 @@ Result<ImageTimes> image_times(const std::vector<PhotoFile>& photos, const Autop
                                const ReadOptions& options, std::vector<std::string>& notes) {
   if (options.name_pattern) {
     WATERSKY_TRY(Times times, times_from_names(photos, *options.name_pattern));
-    return ImageTimes{std::move(times), "the given name pattern", "its name does not fit the name pattern"};
+    return ImageTimes{std::move(times), "the given name pattern",
+                      "its name does not fit the name pattern"};
   }
   if (auto times = times_from_feedback(log.feedback, photos.size()))
-    return ImageTimes{std::move(*times), "the log's CAMERA_FEEDBACK messages", "its CAMERA_FEEDBACK message is not in the log"};
+    return ImageTimes{std::move(*times), "the log's CAMERA_FEEDBACK messages",
+                      "its CAMERA_FEEDBACK message is not in the log"};
   if (!log.feedback.empty())
-    notes.push_back("the log's " + std::to_string(log.feedback.size()) + " CAMERA_FEEDBACK messages do not match the " +
+    notes.push_back("the log's " + std::to_string(log.feedback.size()) +
+                    " CAMERA_FEEDBACK messages do not match the " +
                     detail::counted(photos.size(), "photograph") + " and were not used");
 
   Times times;
@@ -80,7 +88,8 @@ Result<ImageTimes> image_times(const std::vector<PhotoFile>& photos, const Autop
     auto time = m.utc();
     if (!time && m.taken_local) {
       local = true;
-      if (options.camera_utc_offset_h) time = *m.taken_local - seconds(*options.camera_utc_offset_h * 3600);
+      if (options.camera_utc_offset_h)
+        time = *m.taken_local - seconds(*options.camera_utc_offset_h * 3600);
     }
     times.push_back(time);
   }
@@ -88,8 +97,9 @@ Result<ImageTimes> image_times(const std::vector<PhotoFile>& photos, const Autop
       local ? "its EXIF clock names no time zone (give what it shows more than UTC)"
             : "it records no time, neither in EXIF nor in its name (give a name pattern)";
   if (std::none_of(times.begin(), times.end(), [](const auto& t) { return t.has_value(); }))
-    return Error{ErrorCode::NotFound, photos.front().path.string() + ": " + remedy +
-                                          "; so do all the photographs, and without times the log cannot place them"};
+    return Error{ErrorCode::NotFound,
+                 photos.front().path.string() + ": " + remedy +
+                     "; so do all the photographs, and without times the log cannot place them"};
   return ImageTimes{std::move(times), "EXIF", remedy};
 }
 
@@ -98,7 +108,8 @@ Result<ImageTimes> image_times(const std::vector<PhotoFile>& photos, const Autop
 Result<RecordedFlight> read_log_flight(const fs::path& folder, const fs::path& log_file,
                                        const ReadOptions& options, const Progress& progress) {
   if (lower_extension(log_file) != ".tlog")
-    return Error{ErrorCode::Unsupported, log_file.string() + ": is not a .tlog, the only kind of log that is read"};
+    return Error{ErrorCode::Unsupported,
+                 log_file.string() + ": is not a .tlog, the only kind of log that is read"};
   WATERSKY_TRY(const auto bytes, read_bytes(log_file));
   report(progress, "reading the log", 0, 1);
   WATERSKY_TRY(AutopilotLog log, parse_tlog(bytes, log_file.filename().string()));
@@ -106,22 +117,26 @@ Result<RecordedFlight> read_log_flight(const fs::path& folder, const fs::path& l
   WATERSKY_TRY(detail::PhotoSet set, detail::read_photo_set(folder, progress));
 
   std::vector<std::string> notes = log.notes;
-  WATERSKY_TRY(Intrinsics intrinsics, detail::choose_intrinsics(folder, set.photos.front(), options, notes));
+  WATERSKY_TRY(Intrinsics intrinsics,
+               detail::choose_intrinsics(folder, set.photos.front(), options, notes));
   WATERSKY_TRY(const ImageTimes images, image_times(set.photos, log, options, notes));
   notes.push_back("image times are from " + images.source);
 
   const PositionSample& first = log.positions.front();
   WATERSKY_TRY(const double geoid_m, egm96_above_ellipsoid_m(first.latitude, first.longitude));
   Flight flight(fs::absolute(folder).lexically_normal().filename().string(),
-                Datum({first.latitude, first.longitude, log.home_height_geoid_m + geoid_m}), intrinsics.camera);
-  if (flight.name.empty()) flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
+                Datum({first.latitude, first.longitude, log.home_height_geoid_m + geoid_m}),
+                intrinsics.camera);
+  if (flight.name.empty())
+    flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
   flight.calibration = intrinsics.source;
   flight.delay_s = options.delay_s;
   flight.left_out = std::move(set.left_out);
   WATERSKY_TRY(flight.trajectory, make_trajectory(log, flight.datum));
   if (flight.trajectory.empty())
-    return Error{ErrorCode::NotFound,
-                 log_file.string() + ": attitude and position never overlap in time, so there is no pose"};
+    return Error{
+        ErrorCode::NotFound,
+        log_file.string() + ": attitude and position never overlap in time, so there is no pose"};
 
   if (!log.gimbal.empty()) {
     flight.gimbal_reference = GimbalReference::NorthEastDown;
@@ -129,7 +144,8 @@ Result<RecordedFlight> read_log_flight(const fs::path& folder, const fs::path& l
     flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{}));
     notes.emplace_back("the log's gimbal attitude stands between body and camera");
   } else {
-    flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{{}, Angle::degrees(-90), {}}));
+    flight.mount.rotation =
+        camera_rotation(options.mount.value_or(YawPitchRoll{{}, Angle::degrees(-90), {}}));
     flight.mount.assumed = !options.mount;
     if (flight.mount.assumed) notes.emplace_back(detail::kAssumedMountNote);
   }
@@ -148,9 +164,10 @@ Result<RecordedFlight> read_log_flight(const fs::path& folder, const fs::path& l
     (options.delay_s ? frame.received_at : frame.captured_at) = time;
     flight.frames.push_back(std::move(frame));
   }
-  std::stable_sort(flight.frames.begin(), flight.frames.end(), [](const ImageFrame& a, const ImageFrame& b) {
-    return std::max(a.captured_at, a.received_at) < std::max(b.captured_at, b.received_at);
-  });
+  std::stable_sort(
+      flight.frames.begin(), flight.frames.end(), [](const ImageFrame& a, const ImageFrame& b) {
+        return std::max(a.captured_at, a.received_at) < std::max(b.captured_at, b.received_at);
+      });
   flight.notes = std::move(notes);
   return RecordedFlight{std::move(flight), TakeOff{log.home_height_geoid_m, true}};
 }

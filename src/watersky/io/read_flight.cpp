@@ -17,7 +17,8 @@ Result<std::optional<fs::path>> log_of(const fs::path& folder, const ReadOptions
   if (options.log) return options.log;
   WATERSKY_TRY(const auto logs, files_with_extension(folder, {".tlog"}));
   if (logs.size() > 1)
-    return Error{ErrorCode::InvalidInput, folder.string() + ": holds " + std::to_string(logs.size()) +
+    return Error{ErrorCode::InvalidInput, folder.string() + ": holds " +
+                                              std::to_string(logs.size()) +
                                               " logs; say which with --log FILE"};
   return logs.empty() ? std::optional<fs::path>{} : std::optional(logs.front());
 }
@@ -30,16 +31,21 @@ Result<RecordingKind> recording_kind(const fs::path& path, const ReadOptions& op
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   if (!fs::is_directory(path, ec)) {
     if (lower_extension(path) == ".tlog")
-      return Error{ErrorCode::Unsupported, path.string() + ": is a log without images; give the folder of photographs and the log with --log"};
-    return Error{ErrorCode::Unsupported,
-                 path.string() + ": is not a folder; give a flight folder or a folder of photographs"};
+      return Error{
+          ErrorCode::Unsupported,
+          path.string() +
+              ": is a log without images; give the folder of photographs and the log with --log"};
+    return Error{
+        ErrorCode::Unsupported,
+        path.string() + ": is not a folder; give a flight folder or a folder of photographs"};
   }
   if (fs::exists(path / "flight.yaml", ec)) return RecordingKind::FlightFolder;
   WATERSKY_TRY(const auto log, log_of(path, options));
   return log ? RecordingKind::PhotographsWithLog : RecordingKind::Photographs;
 }
 
-Result<Flight> read_flight(const fs::path& path, const ReadOptions& options, const Progress& progress) {
+Result<Flight> read_flight(const fs::path& path, const ReadOptions& options,
+                           const Progress& progress) {
   WATERSKY_TRY(const RecordingKind kind, recording_kind(path, options));
   std::optional<RecordedFlight> recorded;
   switch (kind) {

@@ -16,11 +16,13 @@ enum class RecordingKind {
 };
 
 /// What a path holds; NotFound or Unsupported, saying what can be read, when it is none of these.
-[[nodiscard]] Result<RecordingKind> recording_kind(const std::filesystem::path& path, const ReadOptions& options = {});
+[[nodiscard]] Result<RecordingKind> recording_kind(const std::filesystem::path& path,
+                                                   const ReadOptions& options = {});
 
 /// Reads headers and logs, not pixels. A flight whose sea level is neither in the recording nor
 /// in the options is returned without one (see explain_sea_level()).
-[[nodiscard]] Result<Flight> read_flight(const std::filesystem::path& path, const ReadOptions& options = {},
+[[nodiscard]] Result<Flight> read_flight(const std::filesystem::path& path,
+                                         const ReadOptions& options = {},
                                          const Progress& progress = {});
 
 }  // namespace watersky

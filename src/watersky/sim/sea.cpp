@@ -209,27 +209,13 @@ Sea Sea::at(const Geodetic& anchor) const {
   return moved;
 }
 
-const Sea::Extent& Sea::extent() const {
-  return geometry_->extent;
-}
-const std::vector<IceObject>& Sea::objects() const {
-  return geometry_->objects;
-}
-const std::vector<Outline>& Sea::pieces() const {
-  return geometry_->pieces;
-}
-const std::vector<int>& Sea::owners() const {
-  return geometry_->owners;
-}
-const std::vector<Lead>& Sea::leads() const {
-  return geometry_->leads;
-}
-const SeaIndex* Sea::index() const {
-  return geometry_->index.get();
-}
-bool Sea::has_picture() const {
-  return !geometry_->picture.empty();
-}
+const Sea::Extent& Sea::extent() const { return geometry_->extent; }
+const std::vector<IceObject>& Sea::objects() const { return geometry_->objects; }
+const std::vector<Outline>& Sea::pieces() const { return geometry_->pieces; }
+const std::vector<int>& Sea::owners() const { return geometry_->owners; }
+const std::vector<Lead>& Sea::leads() const { return geometry_->leads; }
+const SeaIndex* Sea::index() const { return geometry_->index.get(); }
+bool Sea::has_picture() const { return !geometry_->picture.empty(); }
 
 int Sea::object_at(double north_m, double east_m) const {
   if (geometry_->index) return geometry_->index->object_at(north_m, east_m);

@@ -187,9 +187,7 @@ Lead random_lead(Random& random, const SeaParameters& p) {
   return lead;
 }
 
-std::string percent(double share) {
-  return std::to_string(std::lround(100.0 * share)) + " %";
-}
+std::string percent(double share) { return std::to_string(std::lround(100.0 * share)) + " %"; }
 
 }  // namespace
 

@@ -54,9 +54,7 @@ struct DatumAxes {
   }
 };
 
-Time at_second(double t_s) {
-  return Time(std::chrono::seconds(kStart_s)) + seconds(t_s);
-}
+Time at_second(double t_s) { return Time(std::chrono::seconds(kStart_s)) + seconds(t_s); }
 
 Result<CameraModel> camera_model(const LensParameters& p) {
   const Lens lens(p);

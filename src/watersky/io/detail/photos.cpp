@@ -62,8 +62,9 @@ Result<PhotoSet> read_photo_set(const fs::path& folder, const Progress& progress
     WATERSKY_TRY(files, list_images(folder / "images"));
   }
   if (files.empty())
-    return Error{ErrorCode::NotFound,
-                 folder.string() + ": holds no photographs (.jpg, .png, .tif), nor does its folder images"};
+    return Error{
+        ErrorCode::NotFound,
+        folder.string() + ": holds no photographs (.jpg, .png, .tif), nor does its folder images"};
   PhotoSet set;
   for (std::size_t i = 0; i < files.size(); ++i) {
     report(progress, "reading photographs", i, files.size());
@@ -75,8 +76,9 @@ Result<PhotoSet> read_photo_set(const fs::path& folder, const Progress& progress
     PhotoFile photo{files[i], std::move(*metadata)};
     if (!set.photos.empty() && !same_camera(set.photos.front().metadata, photo.metadata))
       return Error{ErrorCode::InvalidInput,
-                   folder.string() + ": two cameras are mixed, " + described(set.photos.front()) + " and " +
-                       described(photo) + "; put each camera's photographs into a folder of its own"};
+                   folder.string() + ": two cameras are mixed, " + described(set.photos.front()) +
+                       " and " + described(photo) +
+                       "; put each camera's photographs into a folder of its own"};
     set.photos.push_back(std::move(photo));
   }
   report(progress, "reading photographs", files.size(), files.size());
@@ -96,8 +98,8 @@ Result<CameraModel> fitted_to(const CameraModel& camera, int width_px, int heigh
   const double scale = static_cast<double>(width_px) / camera.width_px();
   if (std::abs(scale * camera.height_px() - height_px) > 1.0)
     return Error{ErrorCode::InvalidInput,
-                 calibration + " is for images of " + size(camera.width_px(), camera.height_px()) + ", but " +
-                     image + " has " + size(width_px, height_px) +
+                 calibration + " is for images of " + size(camera.width_px(), camera.height_px()) +
+                     ", but " + image + " has " + size(width_px, height_px) +
                      "; give the calibration of this camera in this mode (--camera)"};
   notes.push_back("the calibration for " + size(camera.width_px(), camera.height_px()) +
                   " was scaled to the images' " + size(width_px, height_px));

@@ -25,8 +25,12 @@ class CellSampler {
     int columns = 0;
     const float* u = nullptr;
     const float* v = nullptr;
-    [[nodiscard]] const float* u_plane(int sample) const { return u + static_cast<std::ptrdiff_t>(sample) * columns; }
-    [[nodiscard]] const float* v_plane(int sample) const { return v + static_cast<std::ptrdiff_t>(sample) * columns; }
+    [[nodiscard]] const float* u_plane(int sample) const {
+      return u + static_cast<std::ptrdiff_t>(sample) * columns;
+    }
+    [[nodiscard]] const float* v_plane(int sample) const {
+      return v + static_cast<std::ptrdiff_t>(sample) * columns;
+    }
   };
   /// In u where a sample is not in the image, is behind the camera, or beyond the grazing limit.
   static constexpr float kUnseen = -1e9F;
@@ -42,6 +46,5 @@ class CellSampler {
   bool limited_;
   std::vector<float> u_, v_;
 };
-
 
 }  // namespace watersky
