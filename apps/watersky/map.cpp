@@ -15,8 +15,9 @@ namespace {
 
 struct Options {
   std::string flight, out, camera_file, mount, log, sea_level, ice = "auto", projection,
-                                                               name_pattern;
+                                                               name_pattern, video_start;
   double focal_px = 0.0;
+  double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
   std::optional<double> delay_s;
   bool assume_nadir = false;
   bool overwrite = false;
@@ -37,6 +38,10 @@ Result<ReadOptions> read_options(const Options& o) {
     WATERSKY_TRY(read.sea_level, parse_sea_level_option(o.sea_level));
   }
   if (!o.name_pattern.empty()) read.name_pattern = o.name_pattern;
+  if (!o.video_start.empty()) {
+    WATERSKY_TRY(read.video_start, parse_video_start_option(o.video_start));
+  }
+  read.video_frame_interval_s = o.video_frame_interval_s;
   read.delay_s = o.delay_s;
   read.assume_nadir = o.assume_nadir;
   return read;
@@ -115,6 +120,14 @@ void add_map(CLI::App& app) {
   verb.add_option(
       "--name-pattern", o->name_pattern,
       "capture time in file names, e.g. YYYYMMDDhhmmsscc; common patterns are found by themselves");
+  verb.add_option("--video-start", o->video_start,
+                  "UTC of a video's first frame, as 2018-08-05T01:00:44.80Z or seconds since 1970; "
+                  "else from its name or, to a "
+                  "second, its creation_time");
+  verb.add_option("--video-frame-interval-s", o->video_frame_interval_s,
+                  "time [s] between the frames of a video that are used; 0: every frame")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   verb.add_flag("--assume-nadir", o->assume_nadir,
                 "take photographs without attitude as looking straight down");
   verb.add_option("--ice", o->ice, "ice is brighter or darker than water, or found from the flight")

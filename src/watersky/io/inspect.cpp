@@ -11,6 +11,7 @@
 #include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/read_flight.hpp"
+#include "watersky/io/video.hpp"
 #include "watersky/wire/tlog.hpp"
 
 namespace watersky {
@@ -115,6 +116,34 @@ Result<Inspection> inspect_image(const fs::path& file) {
   return out;
 }
 
+Result<Inspection> inspect_video(const fs::path& file) {
+  WATERSKY_TRY(const VideoInfo info, probe_video(file));
+  Inspection out;
+  out.kind = "video";
+  out.counts["frames"] = info.frames.size();
+  out.counts["key_frames"] = static_cast<std::size_t>(std::count_if(
+      info.frames.begin(), info.frames.end(), [](const VideoFrame& f) { return f.key; }));
+  if (info.frames.size() > 1) out.rates_hz["frames"] = info.rate_hz();
+  out.facts["size"] = size_text(info.width_px, info.height_px);
+  out.facts["codec"] = info.codec;
+  out.facts["duration_s"] = format_number(info.duration_s());
+  if (info.rotation_deg != 0) out.facts["shown_rotated_deg"] = format_number(info.rotation_deg);
+  if (info.creation_time) {
+    add_time(out, *info.creation_time);
+    add_time(out, *info.creation_time + info.after_first(info.frames.size() - 1));
+    out.notes.emplace_back(
+        "the times are by the container's creation_time: good to a second at best, and some "
+        "cameras write "
+        "the end or their local time there");
+  } else {
+    out.notes.emplace_back("the container does not say when the video begins");
+  }
+  if (info.frames_promised > info.frames.size())
+    out.notes.push_back("cut short: of " + std::to_string(info.frames_promised) + " frames " +
+                        std::to_string(info.frames.size()) + " are there");
+  return out;
+}
+
 Result<Inspection> inspect_calibration(const fs::path& file) {
   WATERSKY_TRY(const CameraModel camera, read_calibration(file));
   Inspection out;
@@ -163,6 +192,7 @@ Result<Inspection> inspect_recording(const fs::path& folder) {
   Inspection out;
   out.kind = kind == RecordingKind::FlightFolder         ? "flight_folder"
              : kind == RecordingKind::PhotographsWithLog ? "photographs_with_log"
+             : kind == RecordingKind::VideoWithLog       ? "video_with_log"
                                                          : "photographs";
   out.counts["frames"] = flight->frames.size();
   out.counts["left_out"] = flight->left_out.size();
@@ -217,17 +247,18 @@ Result<Inspection> inspect(const fs::path& path) {
   if (!fs::exists(path, ec))
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   const std::string extension = lower_extension(path);
-  auto out =
-      fs::is_directory(path, ec) ? inspect_recording(path)
-      : extension == ".tlog"     ? inspect_tlog(path)
-      : is_image_file(path)      ? inspect_image(path)
-      : extension == ".csv"      ? inspect_csv(path)
-      : extension == ".yaml" || extension == ".yml" || extension == ".xml"
-          ? inspect_calibration(path)
-          : Result<Inspection>(Error{
-                ErrorCode::Unsupported,
-                path.string() + ": is nothing that we can read; give a flight folder, a folder of "
-                                "photographs, an image, a .tlog, a calibration or a .csv"});
+  auto out = fs::is_directory(path, ec) ? inspect_recording(path)
+             : extension == ".tlog"     ? inspect_tlog(path)
+             : is_image_file(path)      ? inspect_image(path)
+             : is_video_file(path)      ? inspect_video(path)
+             : extension == ".csv"      ? inspect_csv(path)
+             : extension == ".yaml" || extension == ".yml" || extension == ".xml"
+                 ? inspect_calibration(path)
+                 : Result<Inspection>(Error{
+                       ErrorCode::Unsupported,
+                       path.string() +
+                           ": is nothing that we can read; give a flight folder, a folder of "
+                           "photographs, an image, a video, a .tlog, a calibration or a .csv"});
   if (out) out->name = fs::absolute(path).lexically_normal().filename().string();
   return out;
 }

@@ -2,12 +2,10 @@
 #include "watersky/io/log_flight.hpp"
 
 #include <algorithm>
-#include <cmath>
 
-#include "watersky/geodesy/projection.hpp"
 #include "watersky/io/autopilot_log.hpp"
+#include "watersky/io/detail/logged.hpp"
 #include "watersky/io/detail/photos.hpp"
-#include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/name_time.hpp"
 
@@ -107,69 +105,33 @@ Result<ImageTimes> image_times(const std::vector<PhotoFile>& photos, const Autop
 
 Result<RecordedFlight> read_log_flight(const fs::path& folder, const fs::path& log_file,
                                        const ReadOptions& options, const Progress& progress) {
-  if (lower_extension(log_file) != ".tlog")
-    return Error{ErrorCode::Unsupported,
-                 log_file.string() + ": is not a .tlog, the only kind of log that is read"};
-  WATERSKY_TRY(const auto bytes, read_bytes(log_file));
-  report(progress, "reading the log", 0, 1);
-  WATERSKY_TRY(AutopilotLog log, parse_tlog(bytes, log_file.filename().string()));
-  report(progress, "reading the log", 1, 1);
+  WATERSKY_TRY(AutopilotLog log, detail::read_log(log_file, progress));
   WATERSKY_TRY(detail::PhotoSet set, detail::read_photo_set(folder, progress));
-
   std::vector<std::string> notes = log.notes;
   WATERSKY_TRY(Intrinsics intrinsics,
                detail::choose_intrinsics(folder, set.photos.front(), options, notes));
   WATERSKY_TRY(const ImageTimes images, image_times(set.photos, log, options, notes));
   notes.push_back("image times are from " + images.source);
 
-  const PositionSample& first = log.positions.front();
-  WATERSKY_TRY(const double geoid_m, egm96_above_ellipsoid_m(first.latitude, first.longitude));
-  Flight flight(fs::absolute(folder).lexically_normal().filename().string(),
-                Datum({first.latitude, first.longitude, log.home_height_geoid_m + geoid_m}),
-                intrinsics.camera);
-  if (flight.name.empty())
-    flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
-  flight.calibration = intrinsics.source;
-  flight.delay_s = options.delay_s;
-  flight.left_out = std::move(set.left_out);
-  WATERSKY_TRY(flight.trajectory, make_trajectory(log, flight.datum));
-  if (flight.trajectory.empty())
-    return Error{
-        ErrorCode::NotFound,
-        log_file.string() + ": attitude and position never overlap in time, so there is no pose"};
-
-  if (!log.gimbal.empty()) {
-    flight.gimbal_reference = GimbalReference::NorthEastDown;
-    WATERSKY_TRY(flight.gimbal, RotationTrack::make(std::move(log.gimbal)));
-    flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{}));
-    notes.emplace_back("the log's gimbal attitude stands between body and camera");
-  } else {
-    flight.mount.rotation =
-        camera_rotation(options.mount.value_or(YawPitchRoll{{}, Angle::degrees(-90), {}}));
-    flight.mount.assumed = !options.mount;
-    if (flight.mount.assumed) notes.emplace_back(detail::kAssumedMountNote);
-  }
-
   const ImageSize size{intrinsics.camera.width_px(), intrinsics.camera.height_px()};
+  std::vector<ImageFrame> frames;
   for (std::size_t i = 0; i < set.photos.size(); ++i) {
     const std::string name = set.photos[i].path.filename().string();
-    const auto& time = images.times[i];
-    if (!time) {
-      flight.left_out.push_back({name, images.missing});
+    if (!images.times[i]) {
+      set.left_out.push_back({name, images.missing});
       continue;
     }
     ImageFrame frame;
     frame.name = name;
     frame.load = image_loader(set.photos[i].path, size);
-    (options.delay_s ? frame.received_at : frame.captured_at) = time;
-    flight.frames.push_back(std::move(frame));
+    frame.captured_at = images.times[i];
+    frames.push_back(std::move(frame));
   }
-  std::stable_sort(
-      flight.frames.begin(), flight.frames.end(), [](const ImageFrame& a, const ImageFrame& b) {
-        return std::max(a.captured_at, a.received_at) < std::max(b.captured_at, b.received_at);
-      });
-  flight.notes = std::move(notes);
-  return RecordedFlight{std::move(flight), TakeOff{log.home_height_geoid_m, true}};
+  WATERSKY_TRY(RecordedFlight recorded,
+               detail::flight_by_log(folder, log_file, std::move(log), std::move(intrinsics),
+                                     std::move(frames), options, std::move(notes)));
+  recorded.flight.left_out = std::move(set.left_out);
+  return recorded;
 }
 
 }  // namespace watersky

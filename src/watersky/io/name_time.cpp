@@ -47,6 +47,28 @@ std::optional<Time> zulu_at(std::string_view stem, std::size_t at) {
 
 }  // namespace
 
+std::optional<Time> parse_iso8601(std::string_view text) {
+  constexpr std::string_view kForm = "YYYY-MM-DDThh:mm:ss";
+  if (text.size() <= kForm.size()) return std::nullopt;
+  std::string date(text.substr(0, kForm.size()));
+  if (date[10] == ' ') date[10] = 'T';
+  std::string_view rest = text.substr(kForm.size());
+  std::string fraction;
+  if (rest.front() == '.' || rest.front() == ',') {
+    rest.remove_prefix(1);
+    while (!rest.empty() && is_digit(rest.front())) {
+      fraction += rest.front();
+      rest.remove_prefix(1);
+    }
+    if (fraction.empty()) return std::nullopt;
+    fraction.resize(std::min<std::size_t>(fraction.size(), 9));
+  }
+  const auto offset = parse_utc_offset(rest);
+  std::string pattern(kForm);
+  const auto time = time_from_name(date + fraction, pattern.append(fraction.size(), 'c'));
+  return time && offset ? std::optional(*time - *offset) : std::nullopt;
+}
+
 Status check_name_pattern(std::string_view pattern) {
   for (std::size_t i = 0; i < kFields.size(); ++i)
     if (static_cast<std::size_t>(std::count(pattern.begin(), pattern.end(), kFields[i])) !=

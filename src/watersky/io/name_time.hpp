@@ -21,4 +21,8 @@ namespace watersky {
 /// 1970. Anything else might be a local time and is not guessed at.
 [[nodiscard]] std::optional<Time> utc_from_name(std::string_view stem);
 
+/// ISO 8601 to the second or finer that says its zone: Z or an offset such as +02:00. nullopt for
+/// anything more or less.
+[[nodiscard]] std::optional<Time> parse_iso8601(std::string_view text);
+
 }  // namespace watersky

@@ -3,8 +3,11 @@
 
 #include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
+#include "watersky/io/image_file.hpp"
 #include "watersky/io/log_flight.hpp"
 #include "watersky/io/photo_flight.hpp"
+#include "watersky/io/video.hpp"
+#include "watersky/io/video_flight.hpp"
 
 namespace watersky {
 
@@ -23,23 +26,47 @@ Result<std::optional<fs::path>> log_of(const fs::path& folder, const ReadOptions
   return logs.empty() ? std::optional<fs::path>{} : std::optional(logs.front());
 }
 
+/// The video to read: the path itself, or the only one in a folder without photographs; nullopt
+/// when there is none.
+Result<std::optional<fs::path>> video_of(const fs::path& path) {
+  std::error_code ec;
+  if (!fs::is_directory(path, ec)) return is_video_file(path) ? std::optional(path) : std::nullopt;
+  for (const fs::path& folder : {path, path / "images"}) {
+    if (!fs::is_directory(folder, ec)) continue;
+    WATERSKY_TRY(const auto images, list_images(folder));
+    if (!images.empty()) return std::optional<fs::path>();
+  }
+  WATERSKY_TRY(const auto videos, list_videos(path));
+  if (videos.size() > 1)
+    return Error{ErrorCode::InvalidInput, path.string() + ": holds " +
+                                              std::to_string(videos.size()) +
+                                              " videos; a flight is one of them: give that file"};
+  return videos.empty() ? std::optional<fs::path>() : std::optional(videos.front());
+}
+
 }  // namespace
 
 Result<RecordingKind> recording_kind(const fs::path& path, const ReadOptions& options) {
   std::error_code ec;
   if (!fs::exists(path, ec))
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
-  if (!fs::is_directory(path, ec)) {
-    if (lower_extension(path) == ".tlog")
-      return Error{
-          ErrorCode::Unsupported,
-          path.string() +
-              ": is a log without images; give the folder of photographs and the log with --log"};
-    return Error{
-        ErrorCode::Unsupported,
-        path.string() + ": is not a folder; give a flight folder or a folder of photographs"};
+  const bool is_folder = fs::is_directory(path, ec);
+  if (is_folder && fs::exists(path / "flight.yaml", ec)) return RecordingKind::FlightFolder;
+  WATERSKY_TRY(const auto video, video_of(path));
+  if (video) {
+    WATERSKY_TRY([[maybe_unused]] const fs::path log, log_of_video(*video, options));
+    return RecordingKind::VideoWithLog;
   }
-  if (fs::exists(path / "flight.yaml", ec)) return RecordingKind::FlightFolder;
+  if (!is_folder) {
+    if (lower_extension(path) == ".tlog")
+      return Error{ErrorCode::Unsupported, path.string() +
+                                               ": is a log without images; give the photographs' "
+                                               "folder or the video, and the log with --log"};
+    return Error{ErrorCode::Unsupported,
+                 path.string() +
+                     ": is neither a folder nor a video; give a flight folder, a folder of "
+                     "photographs or a video (.mp4, .mov, .mkv, .avi, .ts)"};
+  }
   WATERSKY_TRY(const auto log, log_of(path, options));
   return log ? RecordingKind::PhotographsWithLog : RecordingKind::Photographs;
 }
@@ -61,6 +88,12 @@ Result<Flight> read_flight(const fs::path& path, const ReadOptions& options,
     }
     case RecordingKind::Photographs: {
       WATERSKY_TRY(recorded, read_photo_flight(path, options, progress));
+      break;
+    }
+    case RecordingKind::VideoWithLog: {
+      WATERSKY_TRY(const auto video, video_of(path));
+      WATERSKY_TRY(const fs::path log, log_of_video(*video, options));
+      WATERSKY_TRY(recorded, read_video_flight(*video, log, options, progress));
       break;
     }
   }

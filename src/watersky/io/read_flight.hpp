@@ -13,6 +13,7 @@ enum class RecordingKind {
   FlightFolder,        ///< holds flight.yaml
   PhotographsWithLog,  ///< photographs, and one .tlog beside them or given
   Photographs,
+  VideoWithLog,  ///< a video, or the one in a folder without photographs, and its .tlog
 };
 
 /// What a path holds; NotFound or Unsupported, saying what can be read, when it is none of these.

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "watersky/base/time.hpp"
 #include "watersky/geo/rotation.hpp"
 #include "watersky/io/sea_level.hpp"
 
@@ -25,9 +26,18 @@ struct ReadOptions {
   std::optional<std::string> name_pattern;
   /// What the camera's clock shows more than UTC, where the photographs do not say.
   std::optional<double> camera_utc_offset_h;
+  /// The UTC of a video's first frame.
+  std::optional<Time> video_start;
+  /// One frame of a video is used for each such interval, 0: every frame. Looks at the same ice
+  /// with the same error, 30 times a second, tell little more than two.
+  double video_frame_interval_s = 0.5;
 };
 
 /// "ROLL,PITCH,YAW" in degrees; Usage otherwise.
 [[nodiscard]] Result<YawPitchRoll> parse_mount_option(std::string_view text);
+
+/// ISO 8601 with Z or an offset from UTC (2018-08-05T01:00:44.80Z, 2018-08-05T03:00:44+02:00), or
+/// seconds since 1970; Usage otherwise.
+[[nodiscard]] Result<Time> parse_video_start_option(std::string_view text);
 
 }  // namespace watersky

@@ -7,6 +7,7 @@
 #include "watersky/io/csv.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
+#include "watersky/io/name_time.hpp"
 
 namespace watersky {
 
@@ -24,6 +25,16 @@ Result<YawPitchRoll> parse_mount_option(std::string_view text) {
     if (!last) rest.remove_prefix(comma + 1);
   }
   return YawPitchRoll{Angle::degrees(angle[2]), Angle::degrees(angle[1]), Angle::degrees(angle[0])};
+}
+
+Result<Time> parse_video_start_option(std::string_view text) {
+  if (const auto time = parse_iso8601(text)) return *time;
+  if (const auto time = parse_time_seconds(text)) return *time;
+  return Error{
+      ErrorCode::Usage,
+      "--video-start \"" + std::string(text.substr(0, 60)) +
+          "\" is neither a time that says its zone, e.g. 2018-08-05T01:00:44.80Z, nor seconds "
+          "since 1970"};
 }
 
 }  // namespace watersky
@@ -106,21 +117,49 @@ Result<CameraModel> fitted_to(const CameraModel& camera, int width_px, int heigh
   return camera.scaled_to(width_px, height_px);
 }
 
-Result<Intrinsics> choose_intrinsics(const fs::path& folder, const PhotoFile& photo,
-                                     const ReadOptions& options, std::vector<std::string>& notes) {
+namespace {
+
+/// nullopt when neither an option nor a calibration in the folder says.
+Result<std::optional<Intrinsics>> given_intrinsics(const fs::path& folder, const std::string& image,
+                                                   int w, int h, const ReadOptions& options,
+                                                   std::vector<std::string>& notes) {
   if (options.camera_file && options.focal_px)
     return Error{ErrorCode::Usage, "--camera and --focal-px exclude each other; give one"};
-  const int w = photo.metadata.width_px, h = photo.metadata.height_px;
-  if (options.focal_px) return intrinsics_from_focal_px(*options.focal_px, w, h);
+  if (options.focal_px) {
+    WATERSKY_TRY(Intrinsics intrinsics, intrinsics_from_focal_px(*options.focal_px, w, h));
+    return std::optional(std::move(intrinsics));
+  }
   std::optional<fs::path> file = options.camera_file;
   std::error_code ignored;
   for (const char* name : {"camera.yaml", "camera.yml", "camera.xml"})
     if (!file && fs::exists(folder / name, ignored)) file = folder / name;
-  if (!file) return intrinsics_from(photo.metadata);
+  if (!file) return std::optional<Intrinsics>();
   WATERSKY_TRY(const CameraModel camera, read_calibration(*file));
-  WATERSKY_TRY(CameraModel fitted,
-               fitted_to(camera, w, h, file->string(), photo.path.filename().string(), notes));
-  return Intrinsics{std::move(fitted), {file->filename().string(), 0.0}};
+  WATERSKY_TRY(CameraModel fitted, fitted_to(camera, w, h, file->string(), image, notes));
+  return std::optional(Intrinsics{std::move(fitted), {file->filename().string(), 0.0}});
+}
+
+}  // namespace
+
+Result<Intrinsics> choose_intrinsics(const fs::path& folder, const PhotoFile& photo,
+                                     const ReadOptions& options, std::vector<std::string>& notes) {
+  WATERSKY_TRY(auto given,
+               given_intrinsics(folder, photo.path.filename().string(), photo.metadata.width_px,
+                                photo.metadata.height_px, options, notes));
+  if (given) return std::move(*given);
+  return intrinsics_from(photo.metadata);
+}
+
+Result<Intrinsics> choose_intrinsics(const fs::path& folder, const std::string& image, int width_px,
+                                     int height_px, const ReadOptions& options,
+                                     std::vector<std::string>& notes) {
+  WATERSKY_TRY(auto given, given_intrinsics(folder, image, width_px, height_px, options, notes));
+  if (given) return std::move(*given);
+  return Error{
+      ErrorCode::NotFound,
+      image +
+          ": does not say which lens filmed it; give --camera FILE (an OpenCV calibration) "
+          "or --focal-px F (the focal length in pixels of the full image)"};
 }
 
 }  // namespace watersky::detail

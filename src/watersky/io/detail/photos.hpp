@@ -34,6 +34,13 @@ struct PhotoSet {
                                                    const ReadOptions& options,
                                                    std::vector<std::string>& notes);
 
+/// The same for images that say nothing of their lens: NotFound when there is neither option nor
+/// calibration.
+[[nodiscard]] Result<Intrinsics> choose_intrinsics(const std::filesystem::path& folder,
+                                                   const std::string& image, int width_px,
+                                                   int height_px, const ReadOptions& options,
+                                                   std::vector<std::string>& notes);
+
 /// Fits a calibration to images of `size`, as above.
 [[nodiscard]] Result<CameraModel> fitted_to(const CameraModel& camera, int width_px, int height_px,
                                             const std::string& calibration,
