@@ -19,6 +19,7 @@ struct Options {
   double focal_px = 0.0;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
   std::optional<double> delay_s;
+  std::optional<double> camera_utc_offset_h;
   bool assume_nadir = false;
   bool overwrite = false;
   bool no_align = false;
@@ -43,6 +44,7 @@ Result<ReadOptions> read_options(const Options& o) {
   }
   read.video_frame_interval_s = o.video_frame_interval_s;
   read.delay_s = o.delay_s;
+  read.camera_utc_offset_h = o.camera_utc_offset_h;
   read.assume_nadir = o.assume_nadir;
   return read;
 }
@@ -117,6 +119,9 @@ void add_map(CLI::App& app) {
                   "(takeoff:-40 is 40 m below take-off)");
   verb.add_option("--delay-s", o->delay_s,
                   "image arrival minus capture [s], where only arrival times are known");
+  verb.add_option("--camera-utc-offset-h", o->camera_utc_offset_h,
+                  "what the camera's clock shows more than UTC [h], where photographs do not say "
+                  "and a log must place them");
   verb.add_option(
       "--name-pattern", o->name_pattern,
       "capture time in file names, e.g. YYYYMMDDhhmmsscc; common patterns are found by themselves");
