@@ -31,7 +31,8 @@ int main() {
   for (int run = 0; run < 3; ++run) {
     const auto start = std::chrono::steady_clock::now();
     count = ice::find_objects({p, looks, seen}, 0.5).size();
-    best_s = std::min(best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    best_s = std::min(
+        best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
   std::printf("{\"name\":\"ice_objects.4000x4000.time\",\"value\":%.4f,\"unit\":\"s\"}\n", best_s);
   std::printf("{\"name\":\"ice_objects.4000x4000.objects\",\"value\":%zu,\"unit\":\"1\"}\n", count);

@@ -3,7 +3,8 @@
 /// 0.10 m cells, colour mosaic and all products included, against decoding the same JPEGs once
 /// to RGB in memory with libjpeg-turbo; one thread each, alternating in one run.
 ///
-///   map_brighton [DATA]   DATA: the folder brighton_beach; by default $WATERSKY_DATA/brighton_beach
+///   map_brighton [DATA]   DATA: the folder brighton_beach; by default
+///   $WATERSKY_DATA/brighton_beach
 #include <turbojpeg.h>
 
 #include <cstdlib>
@@ -29,13 +30,15 @@ std::vector<std::vector<unsigned char>> read_jpegs(const fs::path& folder) {
   return files;
 }
 
-bool decode_all(const std::vector<std::vector<unsigned char>>& files, std::vector<unsigned char>& rgb) {
+bool decode_all(const std::vector<std::vector<unsigned char>>& files,
+                std::vector<unsigned char>& rgb) {
   tjhandle decoder = tjInitDecompress();
   bool ok = true;
   for (const auto& file : files) {
     int width = 0, height = 0, subsampling = 0, colorspace = 0;
     const auto size = static_cast<unsigned long>(file.size());
-    ok &= tjDecompressHeader3(decoder, file.data(), size, &width, &height, &subsampling, &colorspace) == 0;
+    ok &= tjDecompressHeader3(decoder, file.data(), size, &width, &height, &subsampling,
+                              &colorspace) == 0;
     rgb.resize(3UL * static_cast<unsigned long>(width) * static_cast<unsigned long>(height));
     ok &= tjDecompress2(decoder, file.data(), size, rgb.data(), width, 0, height, TJPF_RGB, 0) == 0;
   }
@@ -47,15 +50,22 @@ bool decode_all(const std::vector<std::vector<unsigned char>>& files, std::vecto
 
 int main(int argc, char** argv) {
   const char* data = std::getenv("WATERSKY_DATA");
-  const fs::path flight = argc > 1 ? fs::path(argv[1]) : fs::path(data ? data : "../shared/data") / "brighton_beach";
+  const fs::path flight =
+      argc > 1 ? fs::path(argv[1]) : fs::path(data ? data : "../shared/data") / "brighton_beach";
   if (!fs::exists(flight / "images")) {
-    std::fprintf(stderr, "map_brighton: %s holds no images; give the folder brighton_beach\n", flight.c_str());
+    std::fprintf(stderr, "map_brighton: %s holds no images; give the folder brighton_beach\n",
+                 flight.c_str());
     return 1;
   }
-  const fs::path program = fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "watersky";
-  const fs::path out = fs::temp_directory_path() / ("watersky_bench_" + std::to_string(std::chrono::steady_clock::now().time_since_epoch().count()));
-  const std::string command = "'" + program.string() + "' map '" + flight.string() + "' -o '" + out.string() +
-                              "' --sea-level takeoff:-2 --cell-m 0.1 --threads 1 --quiet --overwrite";
+  const fs::path program =
+      fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "watersky";
+  const fs::path out =
+      fs::temp_directory_path() /
+      ("watersky_bench_" +
+       std::to_string(std::chrono::steady_clock::now().time_since_epoch().count()));
+  const std::string command =
+      "'" + program.string() + "' map '" + flight.string() + "' -o '" + out.string() +
+      "' --sea-level takeoff:-2 --cell-m 0.1 --threads 1 --quiet --overwrite";
 
   const auto files = read_jpegs(flight / "images");
   std::vector<unsigned char> rgb;

@@ -26,7 +26,8 @@ void run(int width, int height, double height_m) {
   const Rigid3<World, Map> world_from_map(Eigen::Quaterniond(axes), Point<World>{{250, -250, 0}});
   Eigen::Matrix3d sea_from_grid;
   sea_from_grid << 0, -kCell_m, 250 - 0.5 * kCell_m, kCell_m, 0, -250 + 0.5 * kCell_m, 0, 0, 1;
-  const Eigen::Quaterniond rotation = camera_rotation({Angle::degrees(23), Angle::degrees(-80), Angle::degrees(5)});
+  const Eigen::Quaterniond rotation =
+      camera_rotation({Angle::degrees(23), Angle::degrees(-80), Angle::degrees(5)});
   const Rigid3<World, Camera> in_world(rotation, Point<World>{{0, 0, -height_m}});
   const Rigid3<Sea, Camera> in_sea(rotation, Point<Sea>{{0, 0, -height_m}});
 
@@ -35,8 +36,11 @@ void run(int width, int height, double height_m) {
   cv::blur(noise, noise, {15, 15});
   segmented = noise > 127;
 
-  Algorithm1 oracle = Algorithm1::make({.width_cells = kCells, .height_cells = kCells, .dx_m = kCell_m, .dy_m = kCell_m},
-                                       camera, world_from_map).value();
+  Algorithm1 oracle =
+      Algorithm1::make(
+          {.width_cells = kCells, .height_cells = kCells, .dx_m = kCell_m, .dy_m = kCell_m}, camera,
+          world_from_map)
+          .value();
   IceMap map = IceMap::make({.cell_m = kCell_m}).value();
   std::vector<double> theirs, ours;
   for (int i = 0; i < 15; ++i) {
@@ -52,7 +56,8 @@ void run(int width, int height, double height_m) {
   const std::string name = "map_update." + std::to_string(width) + "x" + std::to_string(height);
   bench::print_figure((name + ".algorithm1_ms").c_str(), 1e3 * bench::median(theirs), "ms");
   bench::print_figure((name + ".ours_ms").c_str(), 1e3 * bench::median(ours), "ms");
-  bench::print_figure((name + ".ratio_algorithm1").c_str(), bench::median(ours) / bench::median(theirs), "1");
+  bench::print_figure((name + ".ratio_algorithm1").c_str(),
+                      bench::median(ours) / bench::median(theirs), "1");
 }
 
 }  // namespace

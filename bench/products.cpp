@@ -27,9 +27,11 @@ int main(int argc, char** argv) {
         std::fprintf(stderr, "%s\n", s.error().message.c_str());
         return;
       }
-      best_s = std::min(best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+      best_s = std::min(
+          best_s, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
     }
-    std::printf("{\"name\":\"products.2500x2000.%s\",\"value\":%.4f,\"unit\":\"s\"}\n", name.c_str(), best_s);
+    std::printf("{\"name\":\"products.2500x2000.%s\",\"value\":%.4f,\"unit\":\"s\"}\n",
+                name.c_str(), best_s);
   };
   if (argc > 1) {
     const Status s = write_products(p, argv[1], {.overwrite = true});
@@ -37,17 +39,23 @@ int main(int argc, char** argv) {
     return s ? 0 : 1;
   }
   const std::filesystem::path& f = folder.path();
-  figure("analyse", [&] { analyse(p); return Status(); });
-  figure("probability_tif", [&] { return write_geotiff(f / "p.tif", p.rasters.probability, place, {}); });
+  figure("analyse", [&] {
+    analyse(p);
+    return Status();
+  });
+  figure("probability_tif",
+         [&] { return write_geotiff(f / "p.tif", p.rasters.probability, place, {}); });
   figure("looks_tif", [&] { return write_geotiff(f / "l.tif", p.rasters.looks, place, {}); });
-  figure("last_seen_tif", [&] { return write_geotiff(f / "s.tif", p.rasters.last_seen_s, place, {}); });
+  figure("last_seen_tif",
+         [&] { return write_geotiff(f / "s.tif", p.rasters.last_seen_s, place, {}); });
   figure("mosaic_tif", [&] { return write_mosaic_geotiff(f / "m.tif", p.mosaic_bgra, place, {}); });
   figure("ice_gpkg", [&] { return write_geopackage(f / "i.gpkg", p); });
   figure("icebergs_geojson", [&] { return write_icebergs_geojson(f / "i.geojson", p); });
   figure("report_html", [&] { return write_report(f / "r.html", p); });
   figure("run_json", [&] { return run_json_text(p).empty() ? Status(Error{}) : Status(); });
   figure("all", [&] { return write_products(p, f / "out", {.overwrite = true}); });
-  std::printf("{\"name\":\"products.2500x2000.objects\",\"value\":%zu,\"unit\":\"1\"}\n", p.objects.size());
+  std::printf("{\"name\":\"products.2500x2000.objects\",\"value\":%zu,\"unit\":\"1\"}\n",
+              p.objects.size());
   for (const auto& entry : std::filesystem::directory_iterator(f / "out"))
     std::printf("{\"name\":\"products.2500x2000.size.%s\",\"value\":%ju,\"unit\":\"B\"}\n",
                 entry.path().filename().c_str(), static_cast<std::uintmax_t>(entry.file_size()));

@@ -8,7 +8,8 @@
 add_library(watersky_warnings INTERFACE)
 target_compile_options(watersky_warnings INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor
-  -Wold-style-cast -Woverloaded-virtual -Wno-restrict  # g++ 12 sees overlaps in std::string (PR105651)
+  -Wold-style-cast -Woverloaded-virtual
+  $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # g++ 12 sees overlaps in std::string (PR105651)
   -Werror=return-type
   -Werror=unused-result)
 

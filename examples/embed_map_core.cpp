@@ -16,9 +16,13 @@ using namespace watersky;
 /// on_pose() and on_segmented_image() from its callbacks; nothing here knows which one it is.
 class IceMappingTask {
  public:
-  IceMappingTask(const CameraModel& camera, const Algorithm1Parameters& area, IceMap map, Algorithm1 projector,
-                 const Rigid3<World, Map>& world_from_map)
-      : camera_(camera), area_(area), map_(std::move(map)), projector_(std::move(projector)), world_from_map_(world_from_map) {}
+  IceMappingTask(const CameraModel& camera, const Algorithm1Parameters& area, IceMap map,
+                 Algorithm1 projector, const Rigid3<World, Map>& world_from_map)
+      : camera_(camera),
+        area_(area),
+        map_(std::move(map)),
+        projector_(std::move(projector)),
+        world_from_map_(world_from_map) {}
 
   static Result<IceMappingTask> make(const CameraModel& camera, const Algorithm1Parameters& area,
                                      const Rigid3<World, Map>& world_from_map) {
@@ -27,18 +31,23 @@ class IceMappingTask {
     return IceMappingTask(camera, area, std::move(map), std::move(projector), world_from_map);
   }
 
-  void on_pose(const Rigid3<World, Camera>& world_from_camera) { world_from_camera_ = world_from_camera; }
+  void on_pose(const Rigid3<World, Camera>& world_from_camera) {
+    world_from_camera_ = world_from_camera;
+  }
 
   /// updateMap: `segmented` is CV_8U, not 0 where there is ice.
   Status on_segmented_image(const cv::Mat& segmented, Time captured_at) {
     // World is flat here, as in a laboratory: Sea and World are one frame.
-    const Rigid3<Sea, Camera> sea_from_camera(world_from_camera_.rotation(), Point<Sea>{world_from_camera_.origin().v});
-    Eigen::Matrix3d sea_from_grid = world_from_map_.rotation().toRotationMatrix() * metres_from_cells(area_.dx_m, area_.dy_m);
+    const Rigid3<Sea, Camera> sea_from_camera(world_from_camera_.rotation(),
+                                              Point<Sea>{world_from_camera_.origin().v});
+    Eigen::Matrix3d sea_from_grid =
+        world_from_map_.rotation().toRotationMatrix() * metres_from_cells(area_.dx_m, area_.dy_m);
     sea_from_grid.col(2) += world_from_map_.origin().v;
     sea_from_grid.row(2) << 0, 0, 1;
     WATERSKY_TRY(const SeaView view, SeaView::make(camera_, sea_from_camera));
     WATERSKY_TRY(const GridView grid, make_grid_view(view, sea_from_grid));
-    cv::Mat evidence(segmented.size(), CV_32F, cv::Scalar(log_odds(area_.p2) - log_odds(area_.prior)));
+    cv::Mat evidence(segmented.size(), CV_32F,
+                     cv::Scalar(log_odds(area_.p2) - log_odds(area_.prior)));
     evidence.setTo(log_odds(area_.p1) - log_odds(area_.prior), segmented);
     return map_.update(grid, evidence, captured_at);
   }
@@ -79,7 +88,9 @@ int main(int argc, char** argv) {
   Eigen::Matrix3d axes;
   axes << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   const Rigid3<World, Map> world_from_map(Eigen::Quaterniond(axes), Point<World>{{1.5, -2.0, 0.0}});
-  auto task = IceMappingTask::make(*camera, {.width_cells = 400, .height_cells = 300, .dx_m = 0.01, .dy_m = 0.01}, world_from_map);
+  auto task = IceMappingTask::make(
+      *camera, {.width_cells = 400, .height_cells = 300, .dx_m = 0.01, .dy_m = 0.01},
+      world_from_map);
   if (!task) {
     std::fprintf(stderr, "%s\n", task.error().message.c_str());
     return 1;
@@ -98,7 +109,8 @@ int main(int argc, char** argv) {
 
   // The patch's centre: pixel (169.5, 99.5) is 150 px left and 80 px above the middle, so
   // 0.321 m west and 0.171 m north.
-  const cv::Point cell = task->to_map_coordinates(Point<World>{{80 * 1.5 / 700, -150 * 1.5 / 700, 0.0}});
+  const cv::Point cell =
+      task->to_map_coordinates(Point<World>{{80 * 1.5 / 700, -150 * 1.5 / 700, 0.0}});
   const float p = task->probability_map().at<float>(cell);
   std::printf("P(ice) at the patch %.3f, beside it %.3f, unseen %.3f\n", static_cast<double>(p),
               static_cast<double>(task->probability_map().at<float>(cell + cv::Point(40, 0))),
@@ -106,7 +118,8 @@ int main(int argc, char** argv) {
   if (argc > 1) {
     cv::Mat picture;
     task->probability_map().convertTo(picture, CV_8U, 255);
-    task->draw_features_on_map({{Point<World>{{80 * 1.5 / 700, -150 * 1.5 / 700, 0.0}}, 0.06}}, picture);
+    task->draw_features_on_map({{Point<World>{{80 * 1.5 / 700, -150 * 1.5 / 700, 0.0}}, 0.06}},
+                               picture);
     cv::imwrite(argv[1], picture);
   }
   return p > 0.95F ? 0 : 1;

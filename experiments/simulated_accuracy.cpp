@@ -38,15 +38,18 @@ bool run(const char* preset, int seeds) {
     if (!map) return std::fprintf(stderr, "%s\n", map.error().message.c_str()), false;
     const auto result = evaluate(*map, simulation->truth);
     if (!result) return std::fprintf(stderr, "%s\n", result.error().message.c_str()), false;
-    std::fprintf(stderr, "%s seed %d: IoU %.4f, %zu of %zu objects, %zu false, centroid p95 %.3f m, %zu frames\n", preset, seed,
-                 result->raster.iou, result->matched_objects, result->true_objects, result->false_objects,
-                 result->centroid_error_m(0.95), map->used.size());
+    std::fprintf(
+        stderr,
+        "%s seed %d: IoU %.4f, %zu of %zu objects, %zu false, centroid p95 %.3f m, %zu frames\n",
+        preset, seed, result->raster.iou, result->matched_objects, result->true_objects,
+        result->false_objects, result->centroid_error_m(0.95), map->used.size());
     worst_iou = std::min(worst_iou, result->raster.iou);
     mean_iou += result->raster.iou / seeds;
     objects += result->true_objects;
     matched += result->matched_objects;
     false_objects += result->false_objects;
-    errors_m.insert(errors_m.end(), result->centroid_errors_m.begin(), result->centroid_errors_m.end());
+    errors_m.insert(errors_m.end(), result->centroid_errors_m.begin(),
+                    result->centroid_errors_m.end());
   }
   std::sort(errors_m.begin(), errors_m.end());
   const Evaluation all{.raster = {}, .centroid_errors_m = std::move(errors_m)};
@@ -54,7 +57,9 @@ bool run(const char* preset, int seeds) {
   print_figure(name + ".worst_iou", worst_iou, "1");
   print_figure(name + ".mean_iou", mean_iou, "1");
   print_figure(name + ".isolated_objects", static_cast<double>(objects), "1");
-  print_figure(name + ".matched_share", objects == 0 ? 0.0 : static_cast<double>(matched) / static_cast<double>(objects), "1");
+  print_figure(name + ".matched_share",
+               objects == 0 ? 0.0 : static_cast<double>(matched) / static_cast<double>(objects),
+               "1");
   print_figure(name + ".false_objects", static_cast<double>(false_objects), "1");
   print_figure(name + ".centroid_p95_m", all.centroid_error_m(0.95), "m");
   return true;

@@ -17,7 +17,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     // What the reader lets through the trajectory must take.
     if (!Trajectory::make(std::move(*poses))) __builtin_trap();
   }
-  if (auto rotations = parse_gimbal_csv(text, "gimbal.csv"); rotations && !RotationTrack::make(std::move(*rotations)))
+  if (auto rotations = parse_gimbal_csv(text, "gimbal.csv");
+      rotations && !RotationTrack::make(std::move(*rotations)))
     __builtin_trap();
   (void)parse_rtk_marks(text);
   (void)utc_from_name(text);

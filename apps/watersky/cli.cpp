@@ -31,14 +31,16 @@ CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& de
       g_exit_status = status_of(result.error());
       std::fprintf(stderr, "watersky %s: %s\n", name.c_str(), result.error().message.c_str());
       if (common->json)
-        std::printf("%s\n", nlohmann::json{{"error", {{"code", to_string(result.error().code)},
-                                                      {"message", result.error().message}}}}
+        std::printf("%s\n", nlohmann::json{{"error",
+                                            {{"code", to_string(result.error().code)},
+                                             {"message", result.error().message}}}}
                                 .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
                                 .c_str());
       return;
     }
     if (common->json)
-      std::printf("%s\n", result->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
+      std::printf("%s\n",
+                  result->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
   });
   return *verb;
 }
@@ -54,7 +56,8 @@ Progress progress_bar(const Common& common) {
   const bool terminal = isatty(STDERR_FILENO) != 0;
   auto last_stage = std::make_shared<std::string>();
   auto last_percent = std::make_shared<int>(-1);
-  return [terminal, last_stage, last_percent](std::string_view stage, std::size_t done, std::size_t total) {
+  return [terminal, last_stage, last_percent](std::string_view stage, std::size_t done,
+                                              std::size_t total) {
     const bool new_stage = *last_stage != stage;
     const int percent = total == 0 ? -1 : static_cast<int>(100 * done / total);
     if (new_stage) {
@@ -69,8 +72,10 @@ Progress progress_bar(const Common& common) {
     *last_percent = percent;
     constexpr int kWidth = 30;
     std::string bar(kWidth, ' ');
-    for (int i = 0; i < kWidth * std::max(percent, 0) / 100; ++i) bar[static_cast<std::size_t>(i)] = '=';
-    std::fprintf(stderr, "\r\033[K%-10.*s [%s] %zu/%zu", static_cast<int>(stage.size()), stage.data(), bar.c_str(), done, total);
+    for (int i = 0; i < kWidth * std::max(percent, 0) / 100; ++i)
+      bar[static_cast<std::size_t>(i)] = '=';
+    std::fprintf(stderr, "\r\033[K%-10.*s [%s] %zu/%zu", static_cast<int>(stage.size()),
+                 stage.data(), bar.c_str(), done, total);
     if (done >= total) {
       std::fprintf(stderr, "\r\033[K");
       last_stage->clear();

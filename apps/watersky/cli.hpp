@@ -44,7 +44,9 @@ void add_parameters(CLI::App& app, Parameters& parameters) {
       const std::string name = option_name(info.name);
       app.add_flag(name + ",!--no-" + name.substr(2), value, help)->group("Parameters");
     } else {
-      app.add_option(option_name(info.name), value, help)->capture_default_str()->group("Parameters");
+      app.add_option(option_name(info.name), value, help)
+          ->capture_default_str()
+          ->group("Parameters");
     }
   });
 }

@@ -13,11 +13,13 @@ namespace {
 void print(const Inspection& found, const Common& common) {
   say(common, found.name + ": " + found.kind);
   for (const auto& [what, value] : found.facts) say(common, "  " + what + ": " + value);
-  if (found.first && found.last) say(common, "  from " + to_iso8601(*found.first) + " to " + to_iso8601(*found.last));
+  if (found.first && found.last)
+    say(common, "  from " + to_iso8601(*found.first) + " to " + to_iso8601(*found.last));
   char line[200];
   if (found.extent) {
-    std::snprintf(line, sizeof line, "  between %.6f and %.6f north, %.6f and %.6f east", found.extent->south_deg,
-                  found.extent->north_deg, found.extent->west_deg, found.extent->east_deg);
+    std::snprintf(line, sizeof line, "  between %.6f and %.6f north, %.6f and %.6f east",
+                  found.extent->south_deg, found.extent->north_deg, found.extent->west_deg,
+                  found.extent->east_deg);
     say(common, line);
   }
   for (const auto& [what, count] : found.counts) {
@@ -25,7 +27,8 @@ void print(const Inspection& found, const Common& common) {
     if (rate == found.rates_hz.end()) {
       std::snprintf(line, sizeof line, "  %8zu %s", count, what.c_str());
     } else {
-      std::snprintf(line, sizeof line, "  %8zu %s (%.3g a second)", count, what.c_str(), rate->second);
+      std::snprintf(line, sizeof line, "  %8zu %s (%.3g a second)", count, what.c_str(),
+                    rate->second);
     }
     say(common, line);
   }
@@ -36,13 +39,16 @@ void print(const Inspection& found, const Common& common) {
 
 void add_inspect(CLI::App& app) {
   auto path = std::make_shared<std::string>();
-  CLI::App& verb = add_verb(app, "inspect", "Say what a file or folder holds: kind, counts, times, extent",
-                            [path](const Common& common) -> VerbResult {
-                              WATERSKY_TRY(const Inspection found, inspect(*path));
-                              print(found, common);
-                              return to_json(found);
-                            });
-  verb.add_option("FILE", *path, "a flight folder, a folder of photographs, a photograph or a .tlog")->required();
+  CLI::App& verb =
+      add_verb(app, "inspect", "Say what a file or folder holds: kind, counts, times, extent",
+               [path](const Common& common) -> VerbResult {
+                 WATERSKY_TRY(const Inspection found, inspect(*path));
+                 print(found, common);
+                 return to_json(found);
+               });
+  verb.add_option("FILE", *path,
+                  "a flight folder, a folder of photographs, a photograph or a .tlog")
+      ->required();
 }
 
 }  // namespace watersky::cli

@@ -12,9 +12,10 @@ int main(int argc, char** argv) {
   // which cost a tenth of the time of `map` (bench/map_brighton).
   mallopt(M_MMAP_THRESHOLD, 1 << 29);
   mallopt(M_TRIM_THRESHOLD, 1 << 29);
-  CLI::App app{"Watersky maps sea ice from a UAV while it flies.\n"
-               "Angles are degrees, lengths metres, times seconds; every option names its unit.",
-               "watersky"};
+  CLI::App app{
+      "Watersky maps sea ice from a UAV while it flies.\n"
+      "Angles are degrees, lengths metres, times seconds; every option names its unit.",
+      "watersky"};
   app.require_subcommand(1);
   app.set_version_flag("--version", "watersky " WATERSKY_VERSION);
   app.failure_message([](const CLI::App*, const CLI::Error& e) {

@@ -14,10 +14,12 @@ namespace watersky::cli {
 namespace {
 
 struct Options {
-  std::string flight, out, camera_file, mount, log, sea_level, ice = "auto", projection, name_pattern, video_start;
+  std::string flight, out, camera_file, mount, log, sea_level, ice = "auto", projection,
+                                                               name_pattern, video_start;
   double focal_px = 0.0;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
   std::optional<double> delay_s;
+  std::optional<double> camera_utc_offset_h;
   bool assume_nadir = false;
   bool overwrite = false;
   bool no_align = false;
@@ -42,13 +44,16 @@ Result<ReadOptions> read_options(const Options& o) {
   }
   read.video_frame_interval_s = o.video_frame_interval_s;
   read.delay_s = o.delay_s;
+  read.camera_utc_offset_h = o.camera_utc_offset_h;
   read.assume_nadir = o.assume_nadir;
   return read;
 }
 
 VerbResult run(const Options& o, const Common& common) {
   WATERSKY_CHECK(validate(o.parameters));
-  const int threads = o.threads > 0 ? o.threads : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const int threads = o.threads > 0
+                          ? o.threads
+                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   cv::setNumThreads(threads);
   // Before any work: a map that cannot be written is an hour lost.
   const WriteOptions write{.overwrite = o.overwrite, .threads = threads};
@@ -60,7 +65,9 @@ VerbResult run(const Options& o, const Common& common) {
 
   MappingOptions options;
   options.parameters = o.parameters;
-  options.ice = o.ice == "brighter" ? IcePolarity::Brighter : o.ice == "darker" ? IcePolarity::Darker : IcePolarity::Auto;
+  options.ice = o.ice == "brighter" ? IcePolarity::Brighter
+                : o.ice == "darker" ? IcePolarity::Darker
+                                    : IcePolarity::Auto;
   if (!o.projection.empty()) options.projection = o.projection;
   options.threads = threads;
 
@@ -72,13 +79,14 @@ VerbResult run(const Options& o, const Common& common) {
   for (const LeftOut& l : run->left_out) warn(common, "left out: " + l.file + ": " + l.reason);
   for (const UsedFrame& u : run->used) {
     char text[160];
-    std::snprintf(text, sizeof text, "%s: %.1f m above the sea, %.3f m a pixel, %.0f %% ice", u.file.c_str(),
-                  u.height_above_sea_m, u.gsd_m, 100 * u.ice_fraction);
+    std::snprintf(text, sizeof text, "%s: %.1f m above the sea, %.3f m a pixel, %.0f %% ice",
+                  u.file.c_str(), u.height_above_sea_m, u.gsd_m, 100 * u.ice_fraction);
     say_more(common, text);
   }
   for (const std::string& note : run->notes) say(common, note);
-  say(common, "Mapped " + std::to_string(run->used.size()) + " of " + std::to_string(run->frames_total) + " frames of " +
-                  run->flight_name + " (" + run->reference.projection.name() + ").");
+  say(common, "Mapped " + std::to_string(run->used.size()) + " of " +
+                  std::to_string(run->frames_total) + " frames of " + run->flight_name + " (" +
+                  run->reference.projection.name() + ").");
   say(common, "Report: " + o.out + "/report.html");
   say(common, "Map:    " + o.out + "/probability.tif, " + o.out + "/ice.gpkg");
   return run_json(products);
@@ -91,35 +99,52 @@ void add_map(CLI::App& app) {
   CLI::App& verb = add_verb(app, "map", "Make a map of the ice from a flight",
                             [o](const Common& common) { return run(*o, common); });
   verb.add_option("FLIGHT", o->flight,
-                  "a flight folder, a folder of geotagged photographs, or photographs or a video with a log")
+                  "a flight folder, a folder of geotagged photographs, or photographs or a video "
+                  "with a log")
       ->required();
   verb.add_option("-o,--out", o->out, "folder to make with the map and its report")->required();
-  auto* camera = verb.add_option("--camera", o->camera_file, "OpenCV calibration file (YAML or XML)");
-  verb.add_option("--focal-px", o->focal_px, "focal length [px] of the full image; principal point in the middle, no distortion")
+  auto* camera =
+      verb.add_option("--camera", o->camera_file, "OpenCV calibration file (YAML or XML)");
+  verb.add_option(
+          "--focal-px", o->focal_px,
+          "focal length [px] of the full image; principal point in the middle, no distortion")
       ->check(CLI::PositiveNumber)
       ->excludes(camera);
   verb.add_option("--mount", o->mount,
-                  "ROLL,PITCH,YAW of the camera on the aircraft [deg]: pitch -90 looks straight down, image top forward");
+                  "ROLL,PITCH,YAW of the camera on the aircraft [deg]: pitch -90 looks straight "
+                  "down, image top forward");
   verb.add_option("--log", o->log, "autopilot log with the poses (.tlog)");
   verb.add_option("--sea-level", o->sea_level,
-                  "height of the sea [m] above a reference: takeoff:M, geoid:M or ellipsoid:M (takeoff:-40 is 40 m below take-off)");
-  verb.add_option("--delay-s", o->delay_s, "image arrival minus capture [s], where only arrival times are known");
-  verb.add_option("--name-pattern", o->name_pattern,
-                  "capture time in file names, e.g. YYYYMMDDhhmmsscc; common patterns are found by themselves");
+                  "height of the sea [m] above a reference: takeoff:M, geoid:M or ellipsoid:M "
+                  "(takeoff:-40 is 40 m below take-off)");
+  verb.add_option("--delay-s", o->delay_s,
+                  "image arrival minus capture [s], where only arrival times are known");
+  verb.add_option("--camera-utc-offset-h", o->camera_utc_offset_h,
+                  "what the camera's clock shows more than UTC [h], where photographs do not say "
+                  "and a log must place them");
+  verb.add_option(
+      "--name-pattern", o->name_pattern,
+      "capture time in file names, e.g. YYYYMMDDhhmmsscc; common patterns are found by themselves");
   verb.add_option("--video-start", o->video_start,
-                  "UTC of a video's first frame, as 2018-08-05T01:00:44.80Z or seconds since 1970; else from its name or, to a "
+                  "UTC of a video's first frame, as 2018-08-05T01:00:44.80Z or seconds since 1970; "
+                  "else from its name or, to a "
                   "second, its creation_time");
-  verb.add_option("--video-frame-interval-s", o->video_frame_interval_s, "time [s] between the frames of a video that are used; 0: every frame")
+  verb.add_option("--video-frame-interval-s", o->video_frame_interval_s,
+                  "time [s] between the frames of a video that are used; 0: every frame")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
-  verb.add_flag("--assume-nadir", o->assume_nadir, "take photographs without attitude as looking straight down");
+  verb.add_flag("--assume-nadir", o->assume_nadir,
+                "take photographs without attitude as looking straight down");
   verb.add_option("--ice", o->ice, "ice is brighter or darker than water, or found from the flight")
       ->check(CLI::IsMember({"auto", "brighter", "darker"}))
       ->capture_default_str();
-  verb.add_option("--projection", o->projection, "map projection such as EPSG:3413; chosen from the flight if not given");
+  verb.add_option("--projection", o->projection,
+                  "map projection such as EPSG:3413; chosen from the flight if not given");
   verb.add_flag("--no-align", o->no_align,
-                "use time, mount and poses as they are given (this version always does: it has no alignment yet)");
-  verb.add_option("--threads", o->threads, "threads that decode and segment; 0: as many as the machine has")
+                "use time, mount and poses as they are given (this version always does: it has no "
+                "alignment yet)");
+  verb.add_option("--threads", o->threads,
+                  "threads that decode and segment; 0: as many as the machine has")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
   verb.add_flag("--overwrite", o->overwrite, "replace OUT if it is a map of ours");

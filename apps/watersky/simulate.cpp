@@ -42,7 +42,8 @@ VerbResult run(const Options& o, const Common& common) {
   });
   const std::size_t frames = simulation.flight.frames.size();
   say(common, "Simulated " + std::to_string(frames) + " frames over " +
-                  std::to_string(simulation.truth.sea.objects().size()) + " pieces of ice: " + o.out);
+                  std::to_string(simulation.truth.sea.objects().size()) +
+                  " pieces of ice: " + o.out);
   say(common, "Map it with: watersky map " + o.out + " -o MAP");
   return nlohmann::json{{"flight", o.out},
                         {"preset", o.preset},
@@ -54,7 +55,8 @@ VerbResult run(const Options& o, const Common& common) {
 
 std::string preset_list() {
   std::string list;
-  for (const std::string_view name : sim::scenario_preset_names()) list += (list.empty() ? "" : ", ") + std::string(name);
+  for (const std::string_view name : sim::scenario_preset_names())
+    list += (list.empty() ? "" : ", ") + std::string(name);
   return list;
 }
 
@@ -62,10 +64,12 @@ std::string preset_list() {
 
 void add_simulate(CLI::App& app) {
   auto o = std::make_shared<Options>();
-  CLI::App& verb = add_verb(app, "simulate", "Fly over a virtual sea and write what was recorded, with the truth",
+  CLI::App& verb = add_verb(app, "simulate",
+                            "Fly over a virtual sea and write what was recorded, with the truth",
                             [o](const Common& common) { return run(*o, common); });
   verb.add_option("OUT", o->out, "flight folder to make")->required();
-  verb.add_option("--preset", o->preset, "where the parameters start from: " + preset_list())->capture_default_str();
+  verb.add_option("--preset", o->preset, "where the parameters start from: " + preset_list())
+      ->capture_default_str();
   verb.add_flag("--overwrite", o->overwrite, "replace OUT if it is a flight folder");
   // Parameters are kept as overrides: their defaults are the preset's, whichever that is.
   const sim::Scenario defaults = sim::scenario_preset("not_easy").value_or({});
@@ -74,12 +78,15 @@ void add_simulate(CLI::App& app) {
     const std::string unit = info.unit == "1" ? "" : " [" + std::string(info.unit) + "]";
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, bool>) {
       const std::string option = option_name(info.name);
-      verb.add_flag_function(option + ",!--no-" + option.substr(2),
-                             [o, name](std::int64_t n) { o->overrides[name] = n > 0 ? 1 : 0; }, std::string(info.help))
+      verb.add_flag_function(
+              option + ",!--no-" + option.substr(2),
+              [o, name](std::int64_t n) { o->overrides[name] = n > 0 ? 1 : 0; },
+              std::string(info.help))
           ->group("Parameters (defaults of not_easy)");
     } else {
-      verb.add_option_function<double>(option_name(info.name), [o, name](const double& x) { o->overrides[name] = x; },
-                                       std::string(info.help) + unit)
+      verb.add_option_function<double>(
+              option_name(info.name), [o, name](const double& x) { o->overrides[name] = x; },
+              std::string(info.help) + unit)
           ->default_str(nlohmann::json(value).dump())
           ->group("Parameters (defaults of not_easy)");
     }

@@ -27,7 +27,8 @@ class BadInput : public ::testing::Test {
     write_text(flight() / file, change(read_text(flight() / file)));
   }
   /// Swaps, removes or rewrites lines; line 0 is the header.
-  void edit_lines(const std::string& file, const std::function<void(std::vector<std::string>&)>& change) {
+  void edit_lines(const std::string& file,
+                  const std::function<void(std::vector<std::string>&)>& change) {
     edit(file, [&](const std::string& text) {
       std::istringstream in(text);
       std::vector<std::string> lines;
@@ -67,11 +68,13 @@ TEST_F(BadInput, ATruncatedJpegAmongGoodOnesIsLeftOutAndTheRestMapped) {
   ASSERT_GE(images.size(), 4u);
   for (const fs::path& png : images) {
     fs::path jpg = png;
-    ASSERT_TRUE(cv::imwrite(jpg.replace_extension(".jpg").string(), cv::imread(png.string(), cv::IMREAD_UNCHANGED)));
+    ASSERT_TRUE(cv::imwrite(jpg.replace_extension(".jpg").string(),
+                            cv::imread(png.string(), cv::IMREAD_UNCHANGED)));
     fs::remove(png);
   }
   edit("frames.csv", [](std::string text) {
-    for (std::size_t at = 0; (at = text.find(".png", at)) != std::string::npos;) text.replace(at, 4, ".jpg");
+    for (std::size_t at = 0; (at = text.find(".png", at)) != std::string::npos;)
+      text.replace(at, 4, ".jpg");
     return text;
   });
   const fs::path cut = fs::path(images[1]).replace_extension(".jpg");
@@ -109,7 +112,8 @@ TEST_F(BadInput, OneImageOfAnotherSizeIsLeftOut) {
   // Two cameras in one flight: refused as a whole or the odd one named, but never mapped.
   if (o.status == 0) {
     ASSERT_EQ(o.json()["frames"]["left_out"].size(), 1u);
-    EXPECT_THAT(o.json()["frames"]["left_out"][0]["file"].get<std::string>(), HasSubstr(images[2].filename().string()));
+    EXPECT_THAT(o.json()["frames"]["left_out"][0]["file"].get<std::string>(),
+                HasSubstr(images[2].filename().string()));
   } else {
     expect_one_line_error(o, 1);
     EXPECT_THAT(o.err, HasSubstr(images[2].filename().string()));
@@ -118,7 +122,9 @@ TEST_F(BadInput, OneImageOfAnotherSizeIsLeftOut) {
 
 TEST_F(BadInput, ANanInThePosesIsNamedWithItsLine) {
   copy_of_flight(folder_);
-  edit_lines("poses.csv", [](auto& lines) { lines[5] = lines[5].substr(0, lines[5].find(',')) + ",nan,0,-80,1,0,0,0"; });
+  edit_lines("poses.csv", [](auto& lines) {
+    lines[5] = lines[5].substr(0, lines[5].find(',')) + ",nan,0,-80,1,0,0,0";
+  });
   const Outcome o = map();
   expect_one_line_error(o, 1);
   EXPECT_THAT(o.err, HasSubstr("poses.csv:6"));
@@ -151,7 +157,8 @@ TEST_F(BadInput, FramesOutsideTheLogAreLeftOutWithTheReason) {
   const auto frames = o.json()["frames"];
   ASSERT_GE(frames["left_out"].size(), 1u);
   EXPECT_GE(frames["used"].get<int>(), 1);
-  EXPECT_EQ(frames["used"].get<std::size_t>() + frames["left_out"].size(), frames["total"].get<std::size_t>());
+  EXPECT_EQ(frames["used"].get<std::size_t>() + frames["left_out"].size(),
+            frames["total"].get<std::size_t>());
   EXPECT_THAT(frames["left_out"][0]["reason"].get<std::string>(), HasSubstr("after the last"));
 }
 
@@ -166,11 +173,13 @@ TEST_F(BadInput, ACameraUnderWaterIsToldHowFar) {
 TEST_F(BadInput, NoSeaLevelExplainsTheChoices) {
   copy_of_flight(folder_);
   edit_lines("flight.yaml", [](auto& lines) {
-    std::erase_if(lines, [](const std::string& line) { return line.find("sea_") != std::string::npos; });
+    std::erase_if(lines,
+                  [](const std::string& line) { return line.find("sea_") != std::string::npos; });
   });
   const Outcome o = map();
   expect_one_line_error(o, 1);
-  for (const char* choice : {"--sea-level", "takeoff:", "geoid:", "ellipsoid:"}) EXPECT_THAT(o.err, HasSubstr(choice));
+  for (const char* choice : {"--sea-level", "takeoff:", "geoid:", "ellipsoid:"})
+    EXPECT_THAT(o.err, HasSubstr(choice));
   expect_nothing_written();
 }
 
@@ -190,7 +199,8 @@ TEST_F(BadInput, AnOutThatExistsIsNotTouched) {
 // A file size limit fails writes as a full disk does, for any user.
 TEST_F(BadInput, AFullDiskLeavesNothingBehind) {
   copy_of_flight(folder_);
-  const Outcome o = watersky("map '" + flight().string() + "' -o '" + out().string() + "'", "trap '' XFSZ; ulimit -f 4; ");
+  const Outcome o = watersky("map '" + flight().string() + "' -o '" + out().string() + "'",
+                             "trap '' XFSZ; ulimit -f 4; ");
   EXPECT_EQ(o.status, 1) << o.err;
   EXPECT_FALSE(fs::exists(out()));
   expect_nothing_written();
@@ -198,8 +208,8 @@ TEST_F(BadInput, AFullDiskLeavesNothingBehind) {
 
 TEST_F(BadInput, CallsAtFaultEndWithStatus2) {
   copy_of_flight(folder_);
-  for (const char* option : {"--cell-m 0", "--cell-m banana", "--sea-level high", "--mount 1,2", "--ice purple", "--no-such-option",
-                             "--prior 1.5", "--focal-px -3"}) {
+  for (const char* option : {"--cell-m 0", "--cell-m banana", "--sea-level high", "--mount 1,2",
+                             "--ice purple", "--no-such-option", "--prior 1.5", "--focal-px -3"}) {
     const Outcome o = map(option);
     EXPECT_EQ(o.status, 2) << option << ": " << o.err;
     EXPECT_FALSE(o.err.empty());

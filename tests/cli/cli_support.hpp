@@ -49,10 +49,11 @@ struct Outcome {
 inline Outcome watersky(const std::string& arguments, const std::string& prefix = "") {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "out", err = folder.path() / "err";
-  const std::string command = prefix + "'" WATERSKY_PROGRAM "' " + arguments + " >'" + out.string() + "' 2>'" +
-                              err.string() + "' </dev/null";
+  const std::string command = prefix + "'" WATERSKY_PROGRAM "' " + arguments + " >'" +
+                              out.string() + "' 2>'" + err.string() + "' </dev/null";
   const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(out), read_text(err)};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), read_text(out),
+          read_text(err)};
 }
 
 /// One line, on standard error, that begins with the verb.
@@ -68,9 +69,10 @@ inline const fs::path& small_flight() {
   static const TemporaryFolder folder;
   static const fs::path flight = [] {
     const fs::path path = folder.path() / "flight";
-    const Outcome made = watersky("simulate '" + path.string() +
-                                  "' --legs 1 --leg-length-m 120 --width-px 320 --height-px 256 --focal-px 300 "
-                                  "--supersampling 1 --quiet");
+    const Outcome made =
+        watersky("simulate '" + path.string() +
+                 "' --legs 1 --leg-length-m 120 --width-px 320 --height-px 256 --focal-px 300 "
+                 "--supersampling 1 --quiet");
     if (made.status != 0) ADD_FAILURE() << made.err;
     return path;
   }();
@@ -86,7 +88,8 @@ inline fs::path copy_of_flight(const TemporaryFolder& folder) {
 
 inline std::vector<fs::path> images_of(const fs::path& flight) {
   std::vector<fs::path> images;
-  for (const auto& entry : fs::directory_iterator(flight / "images")) images.push_back(entry.path());
+  for (const auto& entry : fs::directory_iterator(flight / "images"))
+    images.push_back(entry.path());
   std::sort(images.begin(), images.end());
   return images;
 }

@@ -18,8 +18,9 @@ fs::path data(const char* name) { return real_data(name).value_or(fs::path(name)
 TEST(RealFlights, AllOfBrightonBeachIsPlaced) {
   WATERSKY_NEEDS(data("brighton_beach"));
   const TemporaryFolder folder;
-  const Outcome o = watersky("map '" + data("brighton_beach").string() + "' -o '" + (folder.path() / "map").string() +
-                             "' --sea-level takeoff:-2 --cell-m 0.25 --json");
+  const Outcome o =
+      watersky("map '" + data("brighton_beach").string() + "' -o '" +
+               (folder.path() / "map").string() + "' --sea-level takeoff:-2 --cell-m 0.25 --json");
   ASSERT_EQ(o.status, 0) << o.err;
   const auto frames = o.json()["frames"];
   EXPECT_EQ(frames["total"], 18);
@@ -29,8 +30,8 @@ TEST(RealFlights, AllOfBrightonBeachIsPlaced) {
 TEST(RealFlights, AllOfTheCuavFlightIsPlacedByItsLog) {
   WATERSKY_NEEDS(data("cuav_flight"));
   const TemporaryFolder folder;
-  const Outcome o = watersky("map '" + data("cuav_flight").string() + "' -o '" + (folder.path() / "map").string() +
-                             "' --sea-level takeoff:0 --json");
+  const Outcome o = watersky("map '" + data("cuav_flight").string() + "' -o '" +
+                             (folder.path() / "map").string() + "' --sea-level takeoff:0 --json");
   ASSERT_EQ(o.status, 0) << o.err;
   const auto frames = o.json()["frames"];
   EXPECT_EQ(frames["total"], 18);
@@ -44,10 +45,13 @@ class DamagedLog : public ::testing::Test {
     write_text(log, log_bytes);
     fs::create_directory(folder_.path() / "photos");
     for (const auto& entry : fs::directory_iterator(data("cuav_flight")))
-      if (entry.path().extension() == ".jpg") fs::create_symlink(fs::absolute(entry.path()), folder_.path() / "photos" / entry.path().filename());
-    return watersky("map '" + (folder_.path() / "photos").string() + "' --log '" + log.string() + "' --camera '" +
-                    (data("cuav_flight") / "camera.yaml").string() + "' --sea-level takeoff:0 --json -o '" +
-                    (folder_.path() / "map").string() + "'");
+      if (entry.path().extension() == ".jpg")
+        fs::create_symlink(fs::absolute(entry.path()),
+                           folder_.path() / "photos" / entry.path().filename());
+    return watersky("map '" + (folder_.path() / "photos").string() + "' --log '" + log.string() +
+                    "' --camera '" + (data("cuav_flight") / "camera.yaml").string() +
+                    "' --sea-level takeoff:0 --json -o '" + (folder_.path() / "map").string() +
+                    "'");
   }
   TemporaryFolder folder_;
 };
@@ -63,7 +67,8 @@ TEST_F(DamagedLog, CutInTheMiddleOfAPacketStillPlacesWhatItCovers) {
 TEST_F(DamagedLog, GarbageBetweenPacketsIsSteppedOver) {
   WATERSKY_NEEDS(data("cuav_flight"));
   std::string log = read_text(data("cuav_flight") / "flight.tlog");
-  for (std::size_t at = 5000; at + 100 < log.size(); at += 20000) log.insert(at, "\xfe\xfd garbage \xfe\x09 between packets");
+  for (std::size_t at = 5000; at + 100 < log.size(); at += 20000)
+    log.insert(at, "\xfe\xfd garbage \xfe\x09 between packets");
   const Outcome o = map_with(log);
   ASSERT_EQ(o.status, 0) << o.err;
   EXPECT_GE(o.json()["frames"]["used"].get<int>(), 17);

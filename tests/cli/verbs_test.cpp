@@ -12,15 +12,17 @@ using ::testing::HasSubstr;
 TEST(Map, WritesAllThatTheReadmePromises) {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "map";
-  const Outcome o = watersky("map '" + small_flight().string() + "' -o '" + out.string() + "' --json");
+  const Outcome o =
+      watersky("map '" + small_flight().string() + "' -o '" + out.string() + "' --json");
   ASSERT_EQ(o.status, 0) << o.err;
-  for (const char* file : {"probability.tif", "looks.tif", "last_seen.tif", "mosaic.tif", "ice.gpkg", "icebergs.geojson",
-                           "report.html", "run.json"})
+  for (const char* file : {"probability.tif", "looks.tif", "last_seen.tif", "mosaic.tif",
+                           "ice.gpkg", "icebergs.geojson", "report.html", "run.json"})
     EXPECT_GT(fs::file_size(out / file), 0u) << file;
   const auto run = nlohmann::json::parse(read_text(out / "run.json"));
   EXPECT_EQ(run["frames"], o.json()["frames"]);
   EXPECT_EQ(run["frames"]["used"], run["frames"]["total"]);
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1) << "no temporary folder stays";
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 1)
+      << "no temporary folder stays";
 }
 
 TEST(Map, TheSameWhateverTheNumberOfThreads) {
@@ -28,7 +30,10 @@ TEST(Map, TheSameWhateverTheNumberOfThreads) {
   std::string rasters[2];
   for (int threads = 1; threads <= 2; ++threads) {
     const fs::path out = folder.path() / std::to_string(threads);
-    ASSERT_EQ(watersky("map '" + small_flight().string() + "' -o '" + out.string() + "' --threads " + std::to_string(threads)).status, 0);
+    ASSERT_EQ(watersky("map '" + small_flight().string() + "' -o '" + out.string() +
+                       "' --threads " + std::to_string(threads))
+                  .status,
+              0);
     rasters[threads - 1] = read_text(out / "probability.tif");
   }
   EXPECT_TRUE(rasters[0] == rasters[1]);
@@ -37,7 +42,8 @@ TEST(Map, TheSameWhateverTheNumberOfThreads) {
 TEST(Map, OverwriteReplacesAMapOfOurs) {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "map";
-  const std::string call = "map '" + small_flight().string() + "' -o '" + out.string() + "' --no-mosaic";
+  const std::string call =
+      "map '" + small_flight().string() + "' -o '" + out.string() + "' --no-mosaic";
   ASSERT_EQ(watersky(call).status, 0);
   EXPECT_FALSE(fs::exists(out / "mosaic.tif"));
   EXPECT_EQ(watersky(call).status, 1);
@@ -46,19 +52,25 @@ TEST(Map, OverwriteReplacesAMapOfOurs) {
 
 TEST(Map, QuietPrintsNothing) {
   const TemporaryFolder folder;
-  const Outcome o = watersky("map '" + small_flight().string() + "' -o '" + (folder.path() / "map").string() + "' --quiet");
+  const Outcome o = watersky("map '" + small_flight().string() + "' -o '" +
+                             (folder.path() / "map").string() + "' --quiet");
   EXPECT_EQ(o.status, 0);
   EXPECT_EQ(o.out + o.err, "");
 }
 
 TEST(Simulate, TheSameSeedIsTheSameFlightAndAnotherIsNot) {
   const TemporaryFolder folder;
-  const std::string small = " --legs 1 --leg-length-m 20 --width-px 64 --height-px 48 --focal-px 60 --quiet";
+  const std::string small =
+      " --legs 1 --leg-length-m 20 --width-px 64 --height-px 48 --focal-px 60 --quiet";
   for (const char* seed : {"1", "1 ", "2"}) {
     const std::string name(seed == std::string("1 ") ? "again" : seed);
-    ASSERT_EQ(watersky("simulate '" + (folder.path() / name).string() + "' --seed " + seed + small).status, 0);
+    ASSERT_EQ(watersky("simulate '" + (folder.path() / name).string() + "' --seed " + seed + small)
+                  .status,
+              0);
   }
-  const auto first = [&](const char* name) { return read_text(images_of(folder.path() / name).front()); };
+  const auto first = [&](const char* name) {
+    return read_text(images_of(folder.path() / name).front());
+  };
   EXPECT_TRUE(first("1") == first("again"));
   EXPECT_FALSE(first("1") == first("2"));
   EXPECT_TRUE(fs::exists(folder.path() / "1" / "truth" / "truth.tif"));

@@ -29,9 +29,11 @@ std::string drawn(const MapRun& run, const sim::Truth& truth) {
   std::string picture;
   for (int r = 0; r < kRows; ++r) {
     for (int c = 0; c < kColumns; ++c) {
-      const double north = (0.5 * kRows - r - 0.5) * kCell_m, east = (c + 0.5 - 0.5 * kColumns) * kCell_m;
+      const double north = (0.5 * kRows - r - 0.5) * kCell_m,
+                   east = (c + 0.5 - 0.5 * kColumns) * kCell_m;
       int ice = 0, water = 0;
-      for (const auto& [dn, de] : {std::pair{0.0, 0.0}, {3.5, 3.5}, {3.5, -3.5}, {-3.5, 3.5}, {-3.5, -3.5}}) {
+      for (const auto& [dn, de] :
+           {std::pair{0.0, 0.0}, {3.5, 3.5}, {3.5, -3.5}, {-3.5, 3.5}, {-3.5, -3.5}}) {
         const double p = story::p_ice(run, truth, north + dn, east + de);
         ice += p > 0.7;
         water += p < 0.3;
@@ -60,7 +62,8 @@ void PrintTo(const Told& told, std::ostream* out) { *out << told.name; }
 class AMappedSea : public ::testing::TestWithParam<Told> {};
 
 TEST_P(AMappedSea, LooksAsItWasDrawn) {
-  const auto simulation = story::simulation(story::sea(kHook, {.cell_m = kCell_m}), GetParam().survey);
+  const auto simulation =
+      story::simulation(story::sea(kHook, {.cell_m = kCell_m}), GetParam().survey);
   const auto run = story::map(simulation.flight);
   ASSERT_TRUE(run.ok()) << run.error().message;
   EXPECT_TRUE(run->left_out.empty());
@@ -69,10 +72,13 @@ TEST_P(AMappedSea, LooksAsItWasDrawn) {
 
 INSTANTIATE_TEST_SUITE_P(
     Story, AMappedSea,
-    ::testing::Values(Told{"FromAbove", {}}, Told{"FromAboveOnAnotherCourse", {.azimuth_deg = 127.0, .seed = 2}},
+    ::testing::Values(Told{"FromAbove", {}},
+                      Told{"FromAboveOnAnotherCourse", {.azimuth_deg = 127.0, .seed = 2}},
                       Told{"Obliquely", {.tilt_deg = 30.0, .seed = 3}},
-                      Told{"FortyKilometresFromTheDatum", {.scene_north_m = -24000.0, .scene_east_m = 32000.0, .seed = 4}},
-                      Told{"WithIceColderThanWater", {.tilt_deg = 15.0, .ice_darker = true, .seed = 5}}),
+                      Told{"FortyKilometresFromTheDatum",
+                           {.scene_north_m = -24000.0, .scene_east_m = 32000.0, .seed = 4}},
+                      Told{"WithIceColderThanWater",
+                           {.tilt_deg = 15.0, .ice_darker = true, .seed = 5}}),
     [](const auto& told) { return told.param.name; });
 
 TEST(AMappedFloe, KeepsItsAreaAndPlace) {
@@ -80,7 +86,8 @@ TEST(AMappedFloe, KeepsItsAreaAndPlace) {
       ........
       ..###...
       ..###...
-      ........)", {.cell_m = 10.0});
+      ........)",
+                              {.cell_m = 10.0});
   const auto simulation = story::simulation(sea, {.height_m = 80.0, .seed = 1});
   const auto run = story::map(simulation.flight);
   ASSERT_TRUE(run.ok()) << run.error().message;

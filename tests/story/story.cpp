@@ -48,7 +48,8 @@ sim::Simulation simulation(const sim::Sea& sea, const Survey& survey) {
   s.aircraft.leg_azimuth_deg = survey.azimuth_deg;
   s.aircraft.leg_spacing_m = 0.66 * swath_m;
   s.aircraft.legs = 1 + static_cast<int>(std::ceil(across_m / s.aircraft.leg_spacing_m));
-  const double forward_m = survey.height_m * std::tan(survey.tilt_deg * 3.14159265358979323846 / 180.0);
+  const double forward_m =
+      survey.height_m * std::tan(survey.tilt_deg * 3.14159265358979323846 / 180.0);
   s.aircraft.leg_length_m = along_m + 2.0 * forward_m + 0.5 * swath_m;
   return told(sim::simulate(s, sea));
 }
@@ -70,9 +71,10 @@ Result<MapRun> map(const Flight& flight, const MappingOptions& options) {
 
 double p_ice(const MapRun& run, const sim::Truth& truth, double north_m, double east_m) {
   const Geodetic place = truth.sea.geodetic({north_m, east_m});
-  const Eigen::Vector2d grid = run.reference.grid(
-      told(run.reference.projection.forward(place.latitude, place.longitude)));
-  const CellBox cell{static_cast<int>(std::lround(grid.x())), static_cast<int>(std::lround(grid.y())), 1, 1};
+  const Eigen::Vector2d grid =
+      run.reference.grid(told(run.reference.projection.forward(place.latitude, place.longitude)));
+  const CellBox cell{static_cast<int>(std::lround(grid.x())),
+                     static_cast<int>(std::lround(grid.y())), 1, 1};
   return run.map.probability(cell).at<float>(0, 0);
 }
 

@@ -19,7 +19,7 @@
 namespace watersky::story {
 
 struct Drawing {
-  double cell_m = 10.0;           ///< the edge of the square that one character stands for
+  double cell_m = 10.0;          ///< the edge of the square that one character stands for
   double isolation_gap_m = 3.0;  ///< what counts as open water around an object
 };
 
@@ -29,11 +29,11 @@ struct Drawing {
 /// Legs from south to north and back over the whole sea, in gusts, with exact poses.
 struct Survey {
   double height_m = 80.0;
-  double tilt_deg = 0.0;          ///< the camera's, from straight down towards the front
-  double azimuth_deg = 0.0;       ///< of the first leg
+  double tilt_deg = 0.0;     ///< the camera's, from straight down towards the front
+  double azimuth_deg = 0.0;  ///< of the first leg
   double drift_north_m_s = 0.0;
   double drift_east_m_s = 0.0;
-  double scene_north_m = 0.0;     ///< from the mission datum to the middle of the sea
+  double scene_north_m = 0.0;  ///< from the mission datum to the middle of the sea
   double scene_east_m = 0.0;
   bool ice_darker = false;
   int seed = 1;
@@ -44,9 +44,11 @@ struct Survey {
 
 /// Half-metre cells, no mosaic.
 [[nodiscard]] MappingOptions usual_options();
-[[nodiscard]] Result<MapRun> map(const Flight& flight, const MappingOptions& options = usual_options());
+[[nodiscard]] Result<MapRun> map(const Flight& flight,
+                                 const MappingOptions& options = usual_options());
 
 /// P(ice) that a map gives to a point of the scene; NaN where it has not seen it.
-[[nodiscard]] double p_ice(const MapRun& run, const sim::Truth& truth, double north_m, double east_m);
+[[nodiscard]] double p_ice(const MapRun& run, const sim::Truth& truth, double north_m,
+                           double east_m);
 
 }  // namespace watersky::story

@@ -28,8 +28,8 @@ struct Photo {
   double focal_mm = 0;
   int focal_35mm_mm = 0;
   std::optional<double> latitude_deg, longitude_deg, altitude_m;
-  std::string gps_date;      ///< "2016:06:23", with gps_second
-  double gps_second = 0;     ///< of the day
+  std::string gps_date;                    ///< "2016:06:23", with gps_second
+  double gps_second = 0;                   ///< of the day
   std::map<std::string, std::string> dji;  ///< drone-dji properties
   bool dji_as_elements = false;
   bool big_endian = false;
@@ -54,9 +54,14 @@ class TiffWriter {
     b.push_back(0);
     return {tag, 2, static_cast<std::uint32_t>(b.size()), b};
   }
-  [[nodiscard]] Entry short_entry(std::uint16_t tag, std::uint32_t x) const { return {tag, 3, 1, u16(x)}; }
-  [[nodiscard]] Entry long_entry(std::uint16_t tag, std::uint32_t x) const { return {tag, 4, 1, u32(x)}; }
-  [[nodiscard]] Entry rationals(std::uint16_t tag, const std::vector<std::pair<double, std::uint32_t>>& xs) const {
+  [[nodiscard]] Entry short_entry(std::uint16_t tag, std::uint32_t x) const {
+    return {tag, 3, 1, u16(x)};
+  }
+  [[nodiscard]] Entry long_entry(std::uint16_t tag, std::uint32_t x) const {
+    return {tag, 4, 1, u32(x)};
+  }
+  [[nodiscard]] Entry rationals(std::uint16_t tag,
+                                const std::vector<std::pair<double, std::uint32_t>>& xs) const {
     Entry e{tag, 5, static_cast<std::uint32_t>(xs.size()), {}};
     for (const auto& [x, denominator] : xs) {
       append(e.value, u32(static_cast<std::uint32_t>(x * denominator + 0.5)));
@@ -86,7 +91,9 @@ class TiffWriter {
     append(head, tail);
     return head;
   }
-  static void append(Bytes& to, const Bytes& from) { to.insert(to.end(), from.begin(), from.end()); }
+  static void append(Bytes& to, const Bytes& from) {
+    to.insert(to.end(), from.begin(), from.end());
+  }
 
  private:
   [[nodiscard]] Bytes number(std::uint32_t x, int size) const {
@@ -107,12 +114,14 @@ inline Bytes exif_segment(const Photo& p) {
   if (!p.offset.empty()) exif.push_back(TiffWriter::ascii(0x9011, p.offset));
   if (!p.subsec.empty()) exif.push_back(TiffWriter::ascii(0x9291, p.subsec));
   if (p.focal_mm > 0) exif.push_back(w.rationals(0x920A, {{p.focal_mm, 100}}));
-  if (p.focal_35mm_mm > 0) exif.push_back(w.short_entry(0xA405, static_cast<std::uint32_t>(p.focal_35mm_mm)));
+  if (p.focal_35mm_mm > 0)
+    exif.push_back(w.short_entry(0xA405, static_cast<std::uint32_t>(p.focal_35mm_mm)));
   const auto dms = [&](std::uint16_t tag, double deg, char positive, char negative) {
     gps.push_back(TiffWriter::ascii(tag, std::string(1, deg < 0 ? negative : positive)));
     const double a = deg < 0 ? -deg : deg;
     const double d = static_cast<int>(a), m = static_cast<int>((a - d) * 60);
-    gps.push_back(w.rationals(static_cast<std::uint16_t>(tag + 1), {{d, 1}, {m, 1}, {((a - d) * 60 - m) * 60, 1000000}}));
+    gps.push_back(w.rationals(static_cast<std::uint16_t>(tag + 1),
+                              {{d, 1}, {m, 1}, {((a - d) * 60 - m) * 60, 1000000}}));
   };
   if (p.latitude_deg) dms(1, *p.latitude_deg, 'N', 'S');
   if (p.longitude_deg) dms(3, *p.longitude_deg, 'E', 'W');
@@ -121,7 +130,8 @@ inline Bytes exif_segment(const Photo& p) {
     gps.push_back(w.rationals(6, {{*p.altitude_m < 0 ? -*p.altitude_m : *p.altitude_m, 1000}}));
   }
   if (!p.gps_date.empty()) {
-    const int h = static_cast<int>(p.gps_second / 3600), m = static_cast<int>(p.gps_second / 60) % 60;
+    const int h = static_cast<int>(p.gps_second / 3600),
+              m = static_cast<int>(p.gps_second / 60) % 60;
     gps.push_back(w.rationals(7, {{h, 1}, {m, 1}, {p.gps_second - h * 3600 - m * 60, 1000}}));
     gps.push_back(TiffWriter::ascii(29, p.gps_date));
   }
@@ -161,7 +171,8 @@ inline Bytes xmp_segment(const Photo& p) {
       "xmlns:drone-dji=\"http://www.dji.com/drone-dji/1.0/\"" +
       attributes + ">" + elements + "</rdf:Description></rdf:RDF></x:xmpmeta><?xpacket end=\"w\"?>";
   Bytes out;
-  for (const char c : std::string("http://ns.adobe.com/xap/1.0/")) out.push_back(static_cast<std::uint8_t>(c));
+  for (const char c : std::string("http://ns.adobe.com/xap/1.0/"))
+    out.push_back(static_cast<std::uint8_t>(c));
   out.push_back(0);
   out.insert(out.end(), xml.begin(), xml.end());
   return out;
@@ -181,7 +192,8 @@ inline Bytes make_photo(const Photo& p, const cv::Mat& pixels = {}) {
   Bytes jpeg;
   cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, 95});
   Bytes out(jpeg.begin(), jpeg.begin() + 2);
-  for (const Bytes& body : {make_photo_detail::exif_segment(p), make_photo_detail::xmp_segment(p)}) {
+  for (const Bytes& body :
+       {make_photo_detail::exif_segment(p), make_photo_detail::xmp_segment(p)}) {
     out.insert(out.end(), {0xFF, 0xE1, static_cast<std::uint8_t>((body.size() + 2) >> 8),
                            static_cast<std::uint8_t>((body.size() + 2) & 0xFF)});
     out.insert(out.end(), body.begin(), body.end());
@@ -193,7 +205,8 @@ inline Bytes make_photo(const Photo& p, const cv::Mat& pixels = {}) {
 inline void write(const std::filesystem::path& file, const Bytes& bytes) {
   std::filesystem::create_directories(file.parent_path());
   std::ofstream(file, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
 }
 inline void write(const std::filesystem::path& file, const std::string& text) {
   write(file, Bytes(text.begin(), text.end()));

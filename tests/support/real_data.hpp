@@ -12,7 +12,9 @@ namespace watersky::test {
 inline std::optional<std::filesystem::path> real_data(const std::string& name) {
   const char* env = std::getenv("WATERSKY_DATA");
   const std::filesystem::path folder =
-      (env ? std::filesystem::path(env) : std::filesystem::path(WATERSKY_SOURCE_DIR) / ".." / "shared" / "data") / name;
+      (env ? std::filesystem::path(env)
+           : std::filesystem::path(WATERSKY_SOURCE_DIR) / ".." / "shared" / "data") /
+      name;
   if (!std::filesystem::exists(folder)) return std::nullopt;
   return folder;
 }

@@ -23,9 +23,10 @@ inline cv::Mat drawn_floes(int rows, int columns, int count, unsigned seed) {
   cv::Mat ice(rows, columns, CV_8U, cv::Scalar(0));
   for (int i = 0; i < count; ++i) {
     const double radius = 2.5 / std::sqrt(1 - 0.998 * u(random));
-    cv::ellipse(ice, {static_cast<int>(columns * u(random)), static_cast<int>(rows * u(random))},
-                {static_cast<int>(radius + 1), static_cast<int>(radius * (0.5 + 0.5 * u(random)) + 1)},
-                180 * u(random), 0, 360, cv::Scalar(255), cv::FILLED);
+    cv::ellipse(
+        ice, {static_cast<int>(columns * u(random)), static_cast<int>(rows * u(random))},
+        {static_cast<int>(radius + 1), static_cast<int>(radius * (0.5 + 0.5 * u(random)) + 1)},
+        180 * u(random), 0, 360, cv::Scalar(255), cv::FILLED);
   }
   return ice;
 }
@@ -39,7 +40,7 @@ inline Products survey_products(const cv::Mat& ice, double cell_m, unsigned seed
   Products p(projection);
   p.flight_name = "Kongsfjorden <survey & test>";
   p.geotransform = {std::round(centre.x() - 0.5 * ice.cols * cell_m), cell_m, 0.0,
-                    std::round(centre.y() + 0.5 * ice.rows * cell_m), 0.0, -cell_m};
+                    std::round(centre.y() + 0.5 * ice.rows * cell_m), 0.0,    -cell_m};
   p.datum = Datum(datum);
 
   cv::Mat looks(ice.size(), CV_16U, cv::Scalar(0));
@@ -52,8 +53,9 @@ inline Products survey_products(const cv::Mat& ice, double cell_m, unsigned seed
     for (int i = 0; i < kFramesPerLeg; ++i) {
       const int step = leg % 2 == 0 ? i : kFramesPerLeg - 1 - i;
       const cv::RotatedRect seen(
-          cv::Point2f(static_cast<float>(ice.cols * (0.17 + 0.66 * step / (kFramesPerLeg - 1)) + 12 * leg),
-                      static_cast<float>(ice.rows * 0.2 + leg * leg_cells)),
+          cv::Point2f(
+              static_cast<float>(ice.cols * (0.17 + 0.66 * step / (kFramesPerLeg - 1)) + 12 * leg),
+              static_cast<float>(ice.rows * 0.2 + leg * leg_cells)),
           cv::Size2f(static_cast<float>(0.21 * ice.cols), static_cast<float>(1.3 * leg_cells)),
           static_cast<float>(4 + leg));
       cv::Point2f corner[4];
@@ -69,14 +71,16 @@ inline Products survey_products(const cv::Mat& ice, double cell_m, unsigned seed
       cv::add(looks, cv::Scalar(1), looks, mask);
       const double time_s = kStart_s + 2.5 * (leg * kFramesPerLeg + i);
       seen_s.setTo(cv::Scalar(time_s), mask);
-      const Geodetic place = projection.inverse(p.easting_northing_m({seen.center.x, seen.center.y})).value();
+      const Geodetic place =
+          projection.inverse(p.easting_northing_m({seen.center.x, seen.center.y})).value();
       const double tilt = 0.02 * (leg + 1);
       p.used.push_back({.file = "frame_" + std::to_string(leg * kFramesPerLeg + i) + ".jpg",
                         .pose = {.time = *time_from_seconds(time_s),
                                  .world_from_camera{Eigen::Quaterniond::Identity(), Point<World>{}},
                                  .camera = place,
                                  .sea_below = place,
-                                 .sea_from_camera{Eigen::Quaterniond(Eigen::AngleAxisd(tilt, Eigen::Vector3d::UnitX())),
+                                 .sea_from_camera{Eigen::Quaterniond(Eigen::AngleAxisd(
+                                                      tilt, Eigen::Vector3d::UnitX())),
                                                   Point<Sea>{{0, 0, -100}}},
                                  .sigma = {}},
                         .footprint_easting_northing_m = footprint,
@@ -98,13 +102,15 @@ inline Products survey_products(const cv::Mat& ice, double cell_m, unsigned seed
       const bool is_ice = ice.at<std::uint8_t>(r, c) > 127;
       const float g = grain.at<float>(r, c);
       const double l = n * ((is_ice ? 0.85 : -0.75) + 0.35 * static_cast<double>(g));
-      p.rasters.probability.at<float>(r, c) =
-          n == 0 ? std::numeric_limits<float>::quiet_NaN() : static_cast<float>(1 / (1 + std::exp(-l)));
+      p.rasters.probability.at<float>(r, c) = n == 0 ? std::numeric_limits<float>::quiet_NaN()
+                                                     : static_cast<float>(1 / (1 + std::exp(-l)));
       const auto shade = [&](double water, double white) {
-        return cv::saturate_cast<std::uint8_t>((is_ice ? white : water) + 14 * static_cast<double>(g));
+        return cv::saturate_cast<std::uint8_t>((is_ice ? white : water) +
+                                               14 * static_cast<double>(g));
       };
       p.mosaic_bgra.at<cv::Vec4b>(r, c) =
-          n == 0 ? cv::Vec4b(0, 0, 0, 0) : cv::Vec4b(shade(78, 232), shade(60, 228), shade(38, 220), 255);
+          n == 0 ? cv::Vec4b(0, 0, 0, 0)
+                 : cv::Vec4b(shade(78, 232), shade(60, 228), shade(38, 220), 255);
     }
   p.rasters.looks = looks;
   p.rasters.last_seen_s = seen_s;

@@ -51,8 +51,7 @@ template <class Parameters>
         };
         status = Error{ErrorCode::Usage, std::string(info.name) + " must be from " +
                                              text(info.minimum) + " to " + text(info.maximum) +
-                                             " " + std::string(info.unit) + ", is " +
-                                             text(number)};
+                                             " " + std::string(info.unit) + ", is " + text(number)};
       }
     }
   });

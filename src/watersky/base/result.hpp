@@ -23,8 +23,10 @@ class [[nodiscard]] Result {
  public:
   using value_type = T;
 
-  Result(T value) : state_(std::in_place_index<0>, std::move(value)) {}      // NOLINT(google-explicit-constructor)
-  Result(Error error) : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
+  Result(T value)
+      : state_(std::in_place_index<0>, std::move(value)) {}  // NOLINT(google-explicit-constructor)
+  Result(Error error)
+      : state_(std::in_place_index<1>, std::move(error)) {}  // NOLINT(google-explicit-constructor)
 
   [[nodiscard]] bool ok() const { return state_.index() == 0; }
   explicit operator bool() const { return ok(); }
@@ -83,17 +85,16 @@ using Status = Result<void>;
 #define WATERSKY_CONCAT(a, b) WATERSKY_CONCAT_INNER(a, b)
 
 /// `WATERSKY_TRY(auto x, f());` gives x the value of f(), or returns f()'s error.
-#define WATERSKY_TRY(declaration, expression)                                   \
-  auto WATERSKY_CONCAT(watersky_try_, __LINE__) = (expression);                 \
-  if (!WATERSKY_CONCAT(watersky_try_, __LINE__))                                \
-    return WATERSKY_CONCAT(watersky_try_, __LINE__).error();                    \
+#define WATERSKY_TRY(declaration, expression)                   \
+  auto WATERSKY_CONCAT(watersky_try_, __LINE__) = (expression); \
+  if (!WATERSKY_CONCAT(watersky_try_, __LINE__))                \
+    return WATERSKY_CONCAT(watersky_try_, __LINE__).error();    \
   declaration = std::move(WATERSKY_CONCAT(watersky_try_, __LINE__)).value()
 
 /// The same for a Status.
-#define WATERSKY_CHECK(expression)                                              \
-  do {                                                                          \
-    if (auto watersky_status = (expression); !watersky_status)                  \
-      return watersky_status.error();                                           \
+#define WATERSKY_CHECK(expression)                                                             \
+  do {                                                                                         \
+    if (auto watersky_status = (expression); !watersky_status) return watersky_status.error(); \
   } while (false)
 
 }  // namespace watersky

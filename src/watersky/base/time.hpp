@@ -20,9 +20,7 @@ using Time = std::chrono::time_point<std::chrono::system_clock, Duration>;
   return std::chrono::seconds(static_cast<std::int64_t>(whole)) +
          Duration(static_cast<std::int64_t>(std::llround((s - whole) * 1e9)));
 }
-[[nodiscard]] inline double to_seconds(Duration d) {
-  return static_cast<double>(d.count()) * 1e-9;
-}
+[[nodiscard]] inline double to_seconds(Duration d) { return static_cast<double>(d.count()) * 1e-9; }
 /// The moment `s` seconds after the epoch; nullopt when it does not fit (not finite, or beyond
 /// the year 2262), so that no reader of foreign numbers can overflow.
 [[nodiscard]] inline std::optional<Time> time_from_seconds(double s) {

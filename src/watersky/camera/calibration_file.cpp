@@ -22,9 +22,7 @@ namespace {
 
 constexpr std::size_t kMaxBytes = 1 << 20;
 
-Error bad(const std::string& message) {
-  return {ErrorCode::InvalidInput, message};
-}
+Error bad(const std::string& message) { return {ErrorCode::InvalidInput, message}; }
 
 /// Foreign text as a message can hold it: one line, not too long.
 std::string shown(std::string text) {

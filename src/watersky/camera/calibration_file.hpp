@@ -13,7 +13,8 @@ namespace watersky {
 [[nodiscard]] Result<CameraModel> read_calibration(const std::filesystem::path& file);
 
 /// The same from text; `name` stands in errors and its ending (.xml, otherwise YAML) decides.
-[[nodiscard]] Result<CameraModel> parse_calibration(const std::string& text, const std::string& name);
+[[nodiscard]] Result<CameraModel> parse_calibration(const std::string& text,
+                                                    const std::string& name);
 
 /// Written as OpenCV itself would, so cv::FileStorage and read_calibration both read it.
 [[nodiscard]] std::string format_calibration(const CameraModel& camera);

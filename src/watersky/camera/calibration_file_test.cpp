@@ -268,18 +268,10 @@ TEST(CalibrationFile, SurvivesDamage) {
     for (std::size_t n = below(4) + 1; n > 0; --n) {
       const std::size_t at = below(damaged.size());
       switch (below(4)) {
-        case 0:
-          damaged[at] = static_cast<char>(below(255) + 1);
-          break;
-        case 1:
-          damaged.erase(at, below(20) + 1);
-          break;
-        case 2:
-          damaged.insert(at, damaged.substr(below(damaged.size()), 30));
-          break;
-        default:
-          damaged.resize(std::max<std::size_t>(at, 1));
-          break;
+        case 0: damaged[at] = static_cast<char>(below(255) + 1); break;
+        case 1: damaged.erase(at, below(20) + 1); break;
+        case 2: damaged.insert(at, damaged.substr(below(damaged.size()), 30)); break;
+        default: damaged.resize(std::max<std::size_t>(at, 1)); break;
       }
     }
     const auto camera = parse_calibration(damaged, as_xml ? "c.xml" : "c.yaml");

@@ -91,8 +91,8 @@ Distorted distort_pinhole(const std::vector<double>& k, const Eigen::Vector2d& p
   const Radial radial = pinhole_radial(k, r2);
   const double p1 = k[2], p2 = k[3];
   Distorted d;
-  d.xy = radial.factor * p +
-         Eigen::Vector2d(2 * p1 * x * y + p2 * (r2 + 2 * x * x), p1 * (r2 + 2 * y * y) + 2 * p2 * x * y);
+  d.xy = radial.factor * p + Eigen::Vector2d(2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+                                             p1 * (r2 + 2 * y * y) + 2 * p2 * x * y);
   // d(factor)/d(r²) = (slope - factor) / (2 r²); its limit at 0 is k1 - k4 (OpenCV's
   // order puts k4 sixth).
   const double df = r2 > 1e-16 ? (radial.slope - radial.factor) / (2 * r2) : k[0] - k[5];
@@ -109,7 +109,9 @@ Distorted distort_pinhole(const std::vector<double>& k, const Eigen::Vector2d& p
 Result<CameraModel> CameraModel::make(LensModel lens, int width_px, int height_px,
                                       const Eigen::Matrix3d& camera_matrix,
                                       std::vector<double> distortion) {
-  const auto bad = [](std::string message) { return Error{ErrorCode::InvalidInput, std::move(message)}; };
+  const auto bad = [](std::string message) {
+    return Error{ErrorCode::InvalidInput, std::move(message)};
+  };
   if (width_px <= 0 || height_px <= 0 || width_px > 100000 || height_px > 100000)
     return bad("an image of " + std::to_string(width_px) + "x" + std::to_string(height_px) +
                " pixels (image_width, image_height) is not possible");
@@ -119,7 +121,8 @@ Result<CameraModel> CameraModel::make(LensModel lens, int width_px, int height_p
       camera_matrix(2, 1) != 0 || camera_matrix(2, 2) != 1)
     return bad("camera_matrix must have the form [fx 0 cx; 0 fy cy; 0 0 1]");
   for (const double k : distortion)
-    if (!std::isfinite(k)) return bad("distortion_coefficients holds something that is not a number");
+    if (!std::isfinite(k))
+      return bad("distortion_coefficients holds something that is not a number");
   const std::size_t n = distortion.size();
   if (lens == LensModel::Pinhole && n != 0 && n != 4 && n != 5 && n != 8)
     return bad("distortion_coefficients holds " + std::to_string(n) +
@@ -140,9 +143,9 @@ Result<CameraModel> CameraModel::make(LensModel lens, int width_px, int height_p
 
   const auto& k = model.distortion_;
   if (lens == LensModel::Fisheye) {
-    model.max_radius_ = std::min(std::numbers::pi, first_fold(std::numbers::pi, [&](double t) {
-                                   return fisheye_slope(k, t) > 0;
-                                 }));
+    model.max_radius_ =
+        std::min(std::numbers::pi,
+                 first_fold(std::numbers::pi, [&](double t) { return fisheye_slope(k, t) > 0; }));
   } else if (model.distorts_) {
     // Also a lens that folds nowhere up to here is cut: what a polynomial says so close to a
     // right angle is not about the lens, and farther out it may still come back as a ghost.
@@ -198,10 +201,11 @@ std::optional<Vector<Camera>> CameraModel::direction(const Pixel& pixel) const {
     // The radial part alone brings us close; the tangential one is small.
     const auto distorted = [&](double r) { return r * pinhole_radial(distortion_, r * r).factor; };
     const double wanted = target.norm(), limit = 0.999 * max_radius_;
-    const double r = wanted < distorted(limit)
-                         ? solve_growing(limit, wanted, distorted,
-                                         [&](double x) { return pinhole_radial(distortion_, x * x).slope; })
-                         : limit;
+    const double r =
+        wanted < distorted(limit)
+            ? solve_growing(limit, wanted, distorted,
+                            [&](double x) { return pinhole_radial(distortion_, x * x).slope; })
+            : limit;
     if (wanted > 0) p *= r / wanted;
     double error = std::numeric_limits<double>::infinity();
     for (int i = 0; i < 60; ++i) {
@@ -214,8 +218,9 @@ std::optional<Vector<Camera>> CameraModel::direction(const Pixel& pixel) const {
       // Halve until the residual shrinks, so that a wide lens cannot throw the iteration out.
       double damping = 1.0;
       Eigen::Vector2d next = p - step;
-      while (damping > 1e-6 && (!(next.norm() < max_radius_) ||
-                                !((distort_pinhole(distortion_, next).xy - target).norm() < error))) {
+      while (damping > 1e-6 &&
+             (!(next.norm() < max_radius_) ||
+              !((distort_pinhole(distortion_, next).xy - target).norm() < error))) {
         damping *= 0.5;
         next = p - damping * step;
       }
@@ -228,8 +233,8 @@ std::optional<Vector<Camera>> CameraModel::direction(const Pixel& pixel) const {
 }
 
 CameraModel CameraModel::scaled_to(int width_px, int height_px) const {
-  return scaled(static_cast<double>(width_px) / width_px_, static_cast<double>(height_px) / height_px_,
-                width_px, height_px);
+  return scaled(static_cast<double>(width_px) / width_px_,
+                static_cast<double>(height_px) / height_px_, width_px, height_px);
 }
 
 CameraModel CameraModel::reduced_by(int n) const {
@@ -265,14 +270,16 @@ Undistorter::Undistorter(const CameraModel& camera) : undistorted_(camera.withou
   const Eigen::Matrix3d& a = camera.camera_matrix();
   for (int v = 0; v < rows; ++v) {
     for (int u = 0; u < cols; ++u) {
-      const auto pixel = camera.project(
-          Vector<Camera>{{(u - a(0, 2)) / a(0, 0), (v - a(1, 2)) / a(1, 1), 1.0}});
+      const auto pixel =
+          camera.project(Vector<Camera>{{(u - a(0, 2)) / a(0, 0), (v - a(1, 2)) / a(1, 1), 1.0}});
       // The slack forgives rounding: a straight lens must not lose its outermost pixels.
       constexpr double kSlack = 1e-6;
       const bool inside = pixel && pixel->u >= -kSlack && pixel->v >= -kSlack &&
                           pixel->u <= cols - 1 + kSlack && pixel->v <= rows - 1 + kSlack;
-      map_u_.at<float>(v, u) = inside ? static_cast<float>(std::clamp(pixel->u, 0.0, cols - 1.0)) : -2.0F;
-      map_v_.at<float>(v, u) = inside ? static_cast<float>(std::clamp(pixel->v, 0.0, rows - 1.0)) : -2.0F;
+      map_u_.at<float>(v, u) =
+          inside ? static_cast<float>(std::clamp(pixel->u, 0.0, cols - 1.0)) : -2.0F;
+      map_v_.at<float>(v, u) =
+          inside ? static_cast<float>(std::clamp(pixel->v, 0.0, rows - 1.0)) : -2.0F;
       valid_.at<uchar>(v, u) = inside ? 255 : 0;
     }
   }

@@ -88,7 +88,7 @@ class CameraModel {
 
 /// Where a camera's intrinsics come from: every report says it.
 struct CalibrationSource {
-  std::string description;     ///< "camera.yaml", "EXIF focal length and the table (DJI FC300S)"
+  std::string description;      ///< "camera.yaml", "EXIF focal length and the table (DJI FC300S)"
   double focal_sigma_px = 0.0;  ///< one sigma; 0 when the source does not say
 };
 

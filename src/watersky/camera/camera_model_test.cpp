@@ -19,9 +19,7 @@ using test::fails_with;
 using test::succeeds;
 
 template <class T>
-concept CanBeProjected = requires(const CameraModel& camera, const T& p) {
-  camera.project(p);
-};
+concept CanBeProjected = requires(const CameraModel& camera, const T& p) { camera.project(p); };
 static_assert(CanBeProjected<Point<Camera>>);
 static_assert(CanBeProjected<Vector<Camera>>);
 static_assert(!CanBeProjected<Point<World>>);

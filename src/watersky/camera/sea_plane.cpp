@@ -95,18 +95,10 @@ Pixel edge(const CameraModel& camera, double t) {
   const double side = std::floor(t), f = t - side;
   Pixel p;
   switch (static_cast<int>(side + 4) % 4) {
-    case 0:
-      p = {-0.5 + f * w, -0.5};
-      break;
-    case 1:
-      p = {w - 0.5, -0.5 + f * h};
-      break;
-    case 2:
-      p = {w - 0.5 - f * w, h - 0.5};
-      break;
-    default:
-      p = {-0.5, h - 0.5 - f * h};
-      break;
+    case 0: p = {-0.5 + f * w, -0.5}; break;
+    case 1: p = {w - 0.5, -0.5 + f * h}; break;
+    case 2: p = {w - 0.5 - f * w, h - 0.5}; break;
+    default: p = {-0.5, h - 0.5 - f * h}; break;
   }
   if (camera.direction(p)) return p;
   Pixel inner{camera.camera_matrix()(0, 2), camera.camera_matrix()(1, 2)};

@@ -10,8 +10,10 @@ namespace {
 
 /// Whether every cell within `radius_m` of a grid position (relative to the raster) was seen.
 bool seen_around(const cv::Mat& probability, const Eigen::Vector2d& p, double radius_cells) {
-  const int c0 = static_cast<int>(std::floor(p.x() - radius_cells)), c1 = static_cast<int>(std::ceil(p.x() + radius_cells));
-  const int r0 = static_cast<int>(std::floor(p.y() - radius_cells)), r1 = static_cast<int>(std::ceil(p.y() + radius_cells));
+  const int c0 = static_cast<int>(std::floor(p.x() - radius_cells)),
+            c1 = static_cast<int>(std::ceil(p.x() + radius_cells));
+  const int r0 = static_cast<int>(std::floor(p.y() - radius_cells)),
+            r1 = static_cast<int>(std::ceil(p.y() + radius_cells));
   if (c0 < 0 || r0 < 0 || c1 >= probability.cols || r1 >= probability.rows) return false;
   for (int r = r0; r <= r1; ++r)
     for (int c = c0; c <= c1; ++c)
@@ -46,9 +48,10 @@ Result<Evaluation> evaluate(const MapRun& run, const sim::Truth& truth, double m
   };
 
   Evaluation out;
-  cv::Mat share = sim::ice_fraction(truth.sea, probability.size(), [&](const Eigen::Vector2d& ne) -> Eigen::Vector2d {
-    return grid(ne).array() + 0.5;  // ice_fraction counts from a cell's corner
-  });
+  cv::Mat share = sim::ice_fraction(
+      truth.sea, probability.size(), [&](const Eigen::Vector2d& ne) -> Eigen::Vector2d {
+        return grid(ne).array() + 0.5;  // ice_fraction counts from a cell's corner
+      });
   WATERSKY_CHECK(projected);
   out.raster = ice::compare(probability, share);
 
@@ -58,10 +61,12 @@ Result<Evaluation> evaluate(const MapRun& run, const sim::Truth& truth, double m
     const ice::TruthObject entry{centre, object.equivalent_radius_m};
     all.push_back(entry);
     const double reach_cells = 0.5 * object.max_length_m / cell_m + 2;
-    if (object.isolated && object.max_length_m >= min_length_m && seen_around(probability, centre, reach_cells))
+    if (object.isolated && object.max_length_m >= min_length_m &&
+        seen_around(probability, centre, reach_cells))
       counted.push_back(entry);
   }
-  const std::vector<ice::IceObject> found = ice::find_objects({.probability = probability, .looks = {}, .last_seen_s = {}}, cell_m);
+  const std::vector<ice::IceObject> found =
+      ice::find_objects({.probability = probability, .looks = {}, .last_seen_s = {}}, cell_m);
   out.true_objects = counted.size();
   for (const ice::ObjectMatch& match : ice::match_objects(found, counted, cell_m)) {
     ++out.matched_objects;
@@ -70,9 +75,11 @@ Result<Evaluation> evaluate(const MapRun& run, const sim::Truth& truth, double m
   std::sort(out.centroid_errors_m.begin(), out.centroid_errors_m.end());
 
   std::vector<bool> explained(found.size());
-  for (const ice::ObjectMatch& match : ice::match_objects(found, all, cell_m)) explained[match.found] = true;
+  for (const ice::ObjectMatch& match : ice::match_objects(found, all, cell_m))
+    explained[match.found] = true;
   for (std::size_t i = 0; i < found.size(); ++i)
-    out.false_objects += !explained[i] && !found[i].cut_by_edge && found[i].length_m >= min_length_m && found[i].gap_m > 2 * cell_m;
+    out.false_objects += !explained[i] && !found[i].cut_by_edge &&
+                         found[i].length_m >= min_length_m && found[i].gap_m > 2 * cell_m;
   return out;
 }
 

@@ -24,6 +24,7 @@ struct Evaluation {
 };
 
 /// Compares on the map's own cells. `min_length_m`: largest caliper of the objects that count.
-[[nodiscard]] Result<Evaluation> evaluate(const MapRun& run, const sim::Truth& truth, double min_length_m = 3.0);
+[[nodiscard]] Result<Evaluation> evaluate(const MapRun& run, const sim::Truth& truth,
+                                          double min_length_m = 3.0);
 
 }  // namespace watersky

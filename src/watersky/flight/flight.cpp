@@ -64,9 +64,9 @@ Result<CameraPose> Flight::camera_pose(const ImageFrame& frame, Duration max_gap
     return Error{ErrorCode::NotFound, "the height of the sea under it is not a number"};
   const Rigid3<Sea, World> sea_from_world =
       ecef_from_sea(sea_below).inverse() * datum.ecef_from_world();
-  return CameraPose{*time,     world_from_camera,
-                    camera_position, sea_below,
-                    sea_from_world * world_from_camera, pose.sigma};
+  return CameraPose{
+      *time,     world_from_camera, camera_position, sea_below, sea_from_world * world_from_camera,
+      pose.sigma};
 }
 
 }  // namespace watersky

@@ -52,8 +52,8 @@ struct LeftOut {
 struct Mount {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();  ///< platform_from_camera
   Eigen::Vector3d lever_arm_m = Eigen::Vector3d::Zero();  ///< the camera's position in its axes
-  double sigma_rad = 0.0;  ///< one sigma of each angle; 0: not known
-  bool assumed = false;    ///< nobody gave it
+  double sigma_rad = 0.0;                                 ///< one sigma of each angle; 0: not known
+  bool assumed = false;                                   ///< nobody gave it
 };
 
 /// Where the sea surface is. Never guessed: a flight without one cannot be mapped.
@@ -68,9 +68,9 @@ struct SeaLevel {
 struct CameraPose {
   Time time;
   Rigid3<World, Camera> world_from_camera;
-  Geodetic camera;                       ///< the camera's position
-  Geodetic sea_below;                    ///< the point of the sea under it
-  Rigid3<Sea, Camera> sea_from_camera;   ///< in the tangent plane of the sea at sea_below
+  Geodetic camera;                      ///< the camera's position
+  Geodetic sea_below;                   ///< the point of the sea under it
+  Rigid3<Sea, Camera> sea_from_camera;  ///< in the tangent plane of the sea at sea_below
   std::optional<PoseSigma> sigma;
 };
 
@@ -88,6 +88,7 @@ struct Flight {
   std::vector<ImageFrame> frames;
   Trajectory trajectory;
   std::optional<SeaLevel> sea_level;
+  bool times_are_utc = true;       ///< false: a clock of unknown time zone; only differences count
   double readout_s = 0.0;          ///< rolling shutter, first row to last
   std::optional<double> delay_s;   ///< received minus captured, where captured is not known
   std::vector<LeftOut> left_out;   ///< frames already left out by the reader

@@ -26,9 +26,7 @@ static_assert(!std::is_default_constructible_v<Flight>);
 
 constexpr Duration kMaxGap = std::chrono::seconds(1);
 
-Time at(double s) {
-  return time_from_seconds(s).value();
-}
+Time at(double s) { return time_from_seconds(s).value(); }
 
 Geodetic geodetic(double lat_deg, double lon_deg, double height_m) {
   return {Angle::degrees(lat_deg), Angle::degrees(lon_deg), height_m};

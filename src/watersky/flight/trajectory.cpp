@@ -13,7 +13,8 @@ namespace {
 /// apart.
 Duration between(Time earlier, Time later) {
   Duration::rep count = 0;
-  if (__builtin_sub_overflow(later.time_since_epoch().count(), earlier.time_since_epoch().count(), &count))
+  if (__builtin_sub_overflow(later.time_since_epoch().count(), earlier.time_since_epoch().count(),
+                             &count))
     return Duration::max();
   return Duration(count);
 }
@@ -45,21 +46,25 @@ struct Bracket {
 template <class Sample>
 Result<Bracket> bracket(const std::vector<Sample>& samples, Time time, Duration max_gap,
                         const char* what) {
-  const auto fail = [](std::string message) { return Error{ErrorCode::OutOfRange, std::move(message)}; };
+  const auto fail = [](std::string message) {
+    return Error{ErrorCode::OutOfRange, std::move(message)};
+  };
   const std::string noun(what);
   if (samples.empty()) return fail("there is no recorded " + noun);
   if (time < samples.front().time)
-    return fail(seconds_text(between(time, samples.front().time)) + " before the first recorded " + noun);
+    return fail(seconds_text(between(time, samples.front().time)) + " before the first recorded " +
+                noun);
   if (time > samples.back().time)
-    return fail(seconds_text(between(samples.back().time, time)) + " after the last recorded " + noun);
+    return fail(seconds_text(between(samples.back().time, time)) + " after the last recorded " +
+                noun);
   const auto after = std::upper_bound(samples.begin(), samples.end(), time,
                                       [](Time t, const Sample& s) { return t < s.time; });
   const std::size_t i = static_cast<std::size_t>(after - samples.begin()) - 1;
   if (samples[i].time == time || i + 1 == samples.size()) return Bracket{i, 0.0};
   const Duration gap = between(samples[i].time, samples[i + 1].time);
   if (gap > max_gap)
-    return fail("in a gap of " + seconds_text(gap) + " without a recorded " + noun +
-                " (at most " + seconds_text(max_gap) + " is bridged)");
+    return fail("in a gap of " + seconds_text(gap) + " without a recorded " + noun + " (at most " +
+                seconds_text(max_gap) + " is bridged)");
   return Bracket{i, to_seconds(between(samples[i].time, time)) / to_seconds(gap)};
 }
 
@@ -92,9 +97,9 @@ Result<StampedPose> Trajectory::at(Time time, Duration max_gap) const {
                                 b.fraction * c.world_from_body.origin().v}},
                   std::nullopt};
   if (a.sigma && c.sigma)
-    out.sigma = PoseSigma{
-        a.sigma->position_north_east_down_m.cwiseMax(c.sigma->position_north_east_down_m),
-        a.sigma->roll_pitch_yaw_rad.cwiseMax(c.sigma->roll_pitch_yaw_rad)};
+    out.sigma =
+        PoseSigma{a.sigma->position_north_east_down_m.cwiseMax(c.sigma->position_north_east_down_m),
+                  a.sigma->roll_pitch_yaw_rad.cwiseMax(c.sigma->roll_pitch_yaw_rad)};
   return out;
 }
 

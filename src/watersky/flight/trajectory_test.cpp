@@ -18,9 +18,7 @@ using test::succeeds;
 
 constexpr Duration kAnyGap = Duration::max();
 
-Time at(double s) {
-  return time_from_seconds(s).value();
-}
+Time at(double s) { return time_from_seconds(s).value(); }
 
 StampedPose level(double time_s, const Point<World>& position = {}, Angle yaw = {}) {
   return {at(time_s), {heading(yaw), position}, std::nullopt};

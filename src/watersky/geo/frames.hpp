@@ -15,8 +15,8 @@ struct Sea {};     ///< north, east, down at the sea surface under one camera; t
 struct Map {};     ///< the sea plane of a map projection: x east, y south, z down
 
 template <class T>
-concept Frame = std::same_as<T, Camera> || std::same_as<T, Gimbal> || std::same_as<T, Body> ||
-                std::same_as<T, World> || std::same_as<T, Ecef> || std::same_as<T, Sea> ||
-                std::same_as<T, Map>;
+concept Frame =
+    std::same_as<T, Camera> || std::same_as<T, Gimbal> || std::same_as<T, Body> ||
+    std::same_as<T, World> || std::same_as<T, Ecef> || std::same_as<T, Sea> || std::same_as<T, Map>;
 
 }  // namespace watersky

@@ -37,8 +37,11 @@ TEST_F(RandomRotations, InverseUndoesAndChainsAssociate) {
     const Rigid3<Gimbal, Camera> gimbal_from_camera(rotation(), {position()});
     const Point<Camera> p{position()};
     const Point<World> w = (world_from_body * body_from_gimbal) * gimbal_from_camera * p;
-    EXPECT_LT((w - (world_from_body * (body_from_gimbal * (gimbal_from_camera * p)))).v.norm(), 1e-9);
-    EXPECT_LT((world_from_body.inverse() * (world_from_body * Point<Body>{p.v}) - Point<Body>{p.v}).v.norm(), 1e-9);
+    EXPECT_LT((w - (world_from_body * (body_from_gimbal * (gimbal_from_camera * p)))).v.norm(),
+              1e-9);
+    EXPECT_LT((world_from_body.inverse() * (world_from_body * Point<Body>{p.v}) - Point<Body>{p.v})
+                  .v.norm(),
+              1e-9);
     const Eigen::Vector4d h = world_from_body.matrix() * p.v.homogeneous();
     EXPECT_LT((h.head<3>() - (world_from_body * Point<Body>{p.v}).v).norm(), 1e-9);
   }

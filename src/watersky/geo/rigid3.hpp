@@ -75,6 +75,6 @@ class Rigid3 {
 
 /// Whether `A * B` compiles.
 template <class A, class B>
-concept CanChain = requires(const A& a, const B& b) { a * b; };
+concept CanChain = requires(const A& a, const B& b) { a* b; };
 
 }  // namespace watersky

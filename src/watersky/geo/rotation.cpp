@@ -21,8 +21,7 @@ YawPitchRoll yaw_pitch_roll(const Quaterniond& parent_from_child) {
   // atan2 keeps full precision near ±90°, where asin(-r20) loses half its digits.
   const double cos_pitch = std::hypot(r(0, 0), r(1, 0));
   const Angle pitch = Angle::radians(std::atan2(-r(2, 0), cos_pitch));
-  if (cos_pitch < 1e-9)
-    return {Angle::radians(std::atan2(-r(0, 1), r(1, 1))), pitch, Angle{}};
+  if (cos_pitch < 1e-9) return {Angle::radians(std::atan2(-r(0, 1), r(1, 1))), pitch, Angle{}};
   // Roll is read after yaw was taken out: close to ±90° each alone loses digits, but so their
   // sum keeps them.
   const double yaw = std::atan2(r(1, 0), r(0, 0)), s = std::sin(yaw), c = std::cos(yaw);

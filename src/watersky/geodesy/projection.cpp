@@ -42,8 +42,9 @@ std::string fault_of_axes(PJ_CONTEXT* context, const PJ* crs) {
   for (int axis = 0; axis < 2; ++axis) {
     const char* direction = nullptr;
     double to_metre = 0;
-    if (!axes || !proj_cs_get_axis_info(context, axes.get(), axis, nullptr, nullptr, &direction,
-                                        &to_metre, nullptr, nullptr, nullptr) ||
+    if (!axes ||
+        !proj_cs_get_axis_info(context, axes.get(), axis, nullptr, nullptr, &direction, &to_metre,
+                               nullptr, nullptr, nullptr) ||
         to_metre != 1.0)
       return "is not in metres";
     if (direction && std::string_view(direction) == "west") return "has an axis that points west";
@@ -77,7 +78,8 @@ Result<Projection> Projection::from_text(const std::string& crs) {
                                               "; give one in metres, such as EPSG:32633"};
   };
   // A PROJ string is a coordinate system only when it says so.
-  const bool bare = crs.find("+proj=") != std::string::npos && crs.find("+type=crs") == std::string::npos;
+  const bool bare =
+      crs.find("+proj=") != std::string::npos && crs.find("+type=crs") == std::string::npos;
   const PjPtr target(proj_create(context, (bare ? crs + " +type=crs" : crs).c_str()));
   if (!target || !proj_is_crs(target.get())) return bad("is not known to PROJ");
   if (proj_get_type(target.get()) != PJ_TYPE_PROJECTED_CRS) return bad("is not a map projection");
@@ -121,8 +123,7 @@ Result<Eigen::Vector2d> Projection::forward(Angle latitude, Angle longitude) con
 
 Result<Geodetic> Projection::inverse(const Eigen::Vector2d& en) const {
   const std::lock_guard lock(impl_->mutex);
-  const PJ_COORD out =
-      proj_trans(impl_->transform.get(), PJ_INV, proj_coord(en.x(), en.y(), 0, 0));
+  const PJ_COORD out = proj_trans(impl_->transform.get(), PJ_INV, proj_coord(en.x(), en.y(), 0, 0));
   if (!std::isfinite(out.lp.lam) || !std::isfinite(out.lp.phi))
     return Error{ErrorCode::OutOfRange, "grid position is outside " + quoted(name())};
   return Geodetic{Angle::degrees(out.xy.y), Angle::degrees(out.xy.x), 0.0};

@@ -9,9 +9,9 @@ namespace watersky {
 
 Point<Ecef> ecef_from(const Geodetic& position) {
   Point<Ecef> p;
-  GeographicLib::Geocentric::WGS84().Forward(position.latitude.degrees(),
-                                             position.longitude.degrees(),
-                                             position.height_ellipsoid_m, p.v.x(), p.v.y(), p.v.z());
+  GeographicLib::Geocentric::WGS84().Forward(
+      position.latitude.degrees(), position.longitude.degrees(), position.height_ellipsoid_m,
+      p.v.x(), p.v.y(), p.v.z());
   return p;
 }
 
@@ -24,7 +24,7 @@ Geodetic geodetic_from(const Point<Ecef>& p) {
 Eigen::Quaterniond ecef_from_ned_rotation(Angle latitude, Angle longitude) {
   const double sin_lat = sin(latitude), cos_lat = cos(latitude);
   const double sin_lon = sin(longitude), cos_lon = cos(longitude);
-  Eigen::Matrix3d r;  // columns: north, east, down in ECEF
+  Eigen::Matrix3d r;                                      // columns: north, east, down in ECEF
   r << -sin_lat * cos_lon, -sin_lon, -cos_lat * cos_lon,  //
       -sin_lat * sin_lon, cos_lon, -cos_lat * sin_lon,    //
       cos_lat, 0.0, -sin_lat;
@@ -38,8 +38,9 @@ Rigid3<Ecef, Sea> ecef_from_sea(const Geodetic& on_sea) {
 Datum::Datum(const Geodetic& origin, Angle x_azimuth)
     : origin_(origin),
       x_azimuth_(x_azimuth),
-      ecef_from_world_(ecef_from_ned_rotation(origin.latitude, origin.longitude) * heading(x_azimuth),
-                       ecef_from(origin)) {}
+      ecef_from_world_(
+          ecef_from_ned_rotation(origin.latitude, origin.longitude) * heading(x_azimuth),
+          ecef_from(origin)) {}
 
 Geodetic Datum::geodetic(const Point<World>& p_world) const {
   return geodetic_from(ecef_from_world_ * p_world);

@@ -32,16 +32,18 @@ RasterAccuracy compare(const cv::Mat& probability, const cv::Mat& truth_share) {
   return out;
 }
 
-std::vector<ObjectMatch> match_objects(const std::vector<IceObject>& found, const std::vector<TruthObject>& truth,
-                                       double cell_m) {
+std::vector<ObjectMatch> match_objects(const std::vector<IceObject>& found,
+                                       const std::vector<TruthObject>& truth, double cell_m) {
   std::vector<ObjectMatch> pairs;
   for (std::size_t t = 0; t < truth.size(); ++t)
     for (std::size_t f = 0; f < found.size(); ++f) {
       const double distance_m = cell_m * (found[f].centroid - truth[t].centroid).norm();
-      if (distance_m <= std::max(truth[t].equivalent_radius_m, cell_m)) pairs.push_back({t, f, distance_m});
+      if (distance_m <= std::max(truth[t].equivalent_radius_m, cell_m))
+        pairs.push_back({t, f, distance_m});
     }
-  std::sort(pairs.begin(), pairs.end(),
-            [](const ObjectMatch& a, const ObjectMatch& b) { return a.centroid_error_m < b.centroid_error_m; });
+  std::sort(pairs.begin(), pairs.end(), [](const ObjectMatch& a, const ObjectMatch& b) {
+    return a.centroid_error_m < b.centroid_error_m;
+  });
   std::vector<bool> truth_used(truth.size()), found_used(found.size());
   std::vector<ObjectMatch> matches;
   for (const ObjectMatch& pair : pairs) {

@@ -36,6 +36,7 @@ struct ObjectMatch {
 /// Pairs truth and findings one to one, nearest first. A pair's centroids lie within the true
 /// object's equivalent radius, or one cell where that is more.
 [[nodiscard]] std::vector<ObjectMatch> match_objects(const std::vector<IceObject>& found,
-                                                     const std::vector<TruthObject>& truth, double cell_m);
+                                                     const std::vector<TruthObject>& truth,
+                                                     double cell_m);
 
 }  // namespace watersky::ice

@@ -15,7 +15,7 @@ TEST(Accuracy, CountsByHand) {
   const cv::Mat truth = (cv::Mat_<float>(2, 4) << 1.0F, 0.2F, 0.0F, 1.0F, 0.5F, 1.0F, 0.4F, kNaN);
   const RasterAccuracy a = compare(p, truth);
   EXPECT_EQ(a.cells, 6u);
-  EXPECT_NEAR(a.iou, 2.0 / 4, 1e-12);       // both: 2; either: 4
+  EXPECT_NEAR(a.iou, 2.0 / 4, 1e-12);  // both: 2; either: 4
   EXPECT_NEAR(a.accuracy, 4.0 / 6, 1e-12);
   EXPECT_NEAR(a.concentration_error, 0.0, 1e-12);  // 3 called, 3 true
 }

@@ -18,12 +18,12 @@ struct SizeBin {
 
 /// Size is the diameter of the circle of equal area. Means are NaN when `count` is 0.
 struct FloeStatistics {
-  std::size_t count = 0;           ///< seen whole: what all the figures below are of
-  std::size_t cut_by_edge = 0;     ///< left out of them
+  std::size_t count = 0;        ///< seen whole: what all the figures below are of
+  std::size_t cut_by_edge = 0;  ///< left out of them
   double area_m2 = 0.0;
-  double mean_diameter_m = 0.0;               ///< each piece counts the same
-  double area_weighted_mean_diameter_m = 0.0; ///< each square metre counts the same
-  double mean_length_m = 0.0;                 ///< the same with the largest caliper length
+  double mean_diameter_m = 0.0;                ///< each piece counts the same
+  double area_weighted_mean_diameter_m = 0.0;  ///< each square metre counts the same
+  double mean_length_m = 0.0;                  ///< the same with the largest caliper length
   double area_weighted_mean_length_m = 0.0;
   double largest_length_m = 0.0;
   std::vector<SizeBin> bins;  ///< of the diameter; each a factor √2 wide, none missing between

@@ -61,7 +61,8 @@ void sum_cells(const Rasters& rasters, const cv::Mat& ice, const cv::Mat& edge,
     const std::uint8_t* is_ice = ice.ptr<std::uint8_t>(r + 1) + 1;
     const std::uint8_t* at_edge = edge.ptr<std::uint8_t>(r + 1) + 1;
     const int* l = label.ptr<int>(r + 1) + 1;
-    const std::uint16_t* looks = rasters.looks.empty() ? nullptr : rasters.looks.ptr<std::uint16_t>(r);
+    const std::uint16_t* looks =
+        rasters.looks.empty() ? nullptr : rasters.looks.ptr<std::uint16_t>(r);
     const double* seen = rasters.last_seen_s.empty() ? nullptr : rasters.last_seen_s.ptr<double>(r);
     for (int c = 0; c < rasters.probability.cols; ++c) {
       if (!is_ice[c]) continue;
@@ -157,8 +158,8 @@ std::vector<IceObject> find_objects(const Rasters& rasters, double cell_m,
     o.gap_m = static_cast<double>(gap_cells[i]) * cell_m;
     o.mean_probability = s.probability / n;
     o.mean_looks = s.looks / n;
-    o.last_seen_s = std::isfinite(s.last_seen_s) ? s.last_seen_s
-                                                 : std::numeric_limits<double>::quiet_NaN();
+    o.last_seen_s =
+        std::isfinite(s.last_seen_s) ? s.last_seen_s : std::numeric_limits<double>::quiet_NaN();
   }
 
   cv::Mat piece;
@@ -178,8 +179,8 @@ std::vector<IceObject> find_objects(const Rasters& rasters, double cell_m,
     shape(rings_of[i], cell_m, objects[i]);
     IceObject& o = objects[i];
     o.kind = iceberg_candidate(o, parameters) ? ObjectKind::IcebergCandidate : ObjectKind::Floe;
-    o.size_class = o.kind == ObjectKind::Floe ? floe_size_class(o.length_m)
-                                              : iceberg_size_class(o.length_m);
+    o.size_class =
+        o.kind == ObjectKind::Floe ? floe_size_class(o.length_m) : iceberg_size_class(o.length_m);
   }
   std::stable_sort(objects.begin(), objects.end(),
                    [](const IceObject& a, const IceObject& b) { return a.cells > b.cells; });

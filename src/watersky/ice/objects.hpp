@@ -27,14 +27,30 @@ struct ObjectParameters {
   double min_iceberg_probability = 0.7;
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
-    visit(self.ice_probability, ParameterInfo{"ice_probability", "1", "cells with P(ice) above this are ice", 0.0, 1.0});
-    visit(self.min_cells, ParameterInfo{"min_cells", "1", "pieces of fewer cells count in the concentration but are not listed", 1, 1000000});
-    visit(self.isolation_gap_m, ParameterInfo{"isolation_gap_m", "m", "a piece with this much water around it is isolated", 0.0, 1e6});
-    visit(self.min_iceberg_length_m, ParameterInfo{"min_iceberg_length_m", "m", "shortest iceberg candidate", 0.0, 1e6});
-    visit(self.max_iceberg_length_m, ParameterInfo{"max_iceberg_length_m", "m", "longest iceberg candidate", 0.0, 1e6});
-    visit(self.min_iceberg_solidity, ParameterInfo{"min_iceberg_solidity", "1", "area over the area of the convex hull that an iceberg candidate has at least", 0.0, 1.0});
-    visit(self.min_iceberg_aspect, ParameterInfo{"min_iceberg_aspect", "1", "width over length that an iceberg candidate has at least", 0.0, 1.0});
-    visit(self.min_iceberg_probability, ParameterInfo{"min_iceberg_probability", "1", "mean P(ice) that an iceberg candidate has at least", 0.0, 1.0});
+    visit(self.ice_probability,
+          ParameterInfo{"ice_probability", "1", "cells with P(ice) above this are ice", 0.0, 1.0});
+    visit(self.min_cells,
+          ParameterInfo{"min_cells", "1",
+                        "pieces of fewer cells count in the concentration but are not listed", 1,
+                        1000000});
+    visit(self.isolation_gap_m,
+          ParameterInfo{"isolation_gap_m", "m",
+                        "a piece with this much water around it is isolated", 0.0, 1e6});
+    visit(self.min_iceberg_length_m,
+          ParameterInfo{"min_iceberg_length_m", "m", "shortest iceberg candidate", 0.0, 1e6});
+    visit(self.max_iceberg_length_m,
+          ParameterInfo{"max_iceberg_length_m", "m", "longest iceberg candidate", 0.0, 1e6});
+    visit(self.min_iceberg_solidity,
+          ParameterInfo{
+              "min_iceberg_solidity", "1",
+              "area over the area of the convex hull that an iceberg candidate has at least", 0.0,
+              1.0});
+    visit(self.min_iceberg_aspect,
+          ParameterInfo{"min_iceberg_aspect", "1",
+                        "width over length that an iceberg candidate has at least", 0.0, 1.0});
+    visit(self.min_iceberg_probability,
+          ParameterInfo{"min_iceberg_probability", "1",
+                        "mean P(ice) that an iceberg candidate has at least", 0.0, 1.0});
   }
 };
 

@@ -44,11 +44,8 @@ double signed_area(const Ring& ring) {
 }
 
 TEST(FindObjects, MeasuresARectangleWithAHole) {
-  const auto found = objects_of(drawn({"........",
-                                       ".#####..",
-                                       ".#..##..",
-                                       ".#####..",
-                                       "........"}), 2.0);
+  const auto found =
+      objects_of(drawn({"........", ".#####..", ".#..##..", ".#####..", "........"}), 2.0);
   ASSERT_EQ(found.size(), 1u);
   const IceObject& o = found[0];
   EXPECT_EQ(o.cells, 13u);
@@ -73,10 +70,7 @@ TEST(FindObjects, MeasuresARectangleWithAHole) {
 }
 
 TEST(FindObjects, PiecesThatTouchByACornerAreOneObjectWithTwoOutlines) {
-  const auto found = objects_of(drawn({".....",
-                                       ".#...",
-                                       "..#..",
-                                       "....."}));
+  const auto found = objects_of(drawn({".....", ".#...", "..#..", "....."}));
   ASSERT_EQ(found.size(), 1u);
   EXPECT_EQ(found[0].outline.size(), 2u);
   EXPECT_NEAR(found[0].length_m, std::hypot(2, 2), 1e-12);
@@ -85,13 +79,8 @@ TEST(FindObjects, PiecesThatTouchByACornerAreOneObjectWithTwoOutlines) {
 
 TEST(FindObjects, ALineThatMeetsItselfBecomesAnOuterLineAndAHole) {
   // The ring closes by a corner only: its inside touches the open water there.
-  const auto found = objects_of(drawn({".......",
-                                       ".####..",
-                                       ".#..#..",
-                                       ".#...#.",
-                                       ".#...#.",
-                                       ".#####.",
-                                       "......."}));
+  const auto found = objects_of(
+      drawn({".......", ".####..", ".#..#..", ".#...#.", ".#...#.", ".#####.", "......."}));
   ASSERT_EQ(found.size(), 1u);
   double area = 0;
   for (const Polygon& polygon : found[0].outline) {
@@ -104,11 +93,8 @@ TEST(FindObjects, ALineThatMeetsItselfBecomesAnOuterLineAndAHole) {
 }
 
 TEST(FindObjects, TouchingTheUnseenOrTheBorderIsCut) {
-  const auto found = objects_of(drawn({"#......   ",
-                                       "......... ",
-                                       "..##...#. ",
-                                       "..##..... ",
-                                       ".......## "}));
+  const auto found =
+      objects_of(drawn({"#......   ", "......... ", "..##...#. ", "..##..... ", ".......## "}));
   ASSERT_EQ(found.size(), 4u);
   EXPECT_FALSE(found[0].cut_by_edge);  // the 2 x 2 piece
   EXPECT_TRUE(found[1].cut_by_edge);   // at the bottom border and the unseen column
@@ -117,31 +103,27 @@ TEST(FindObjects, TouchingTheUnseenOrTheBorderIsCut) {
 }
 
 TEST(FindObjects, GapIsTheWaterBetween) {
-  const auto found = objects_of(drawn({"............",
-                                       ".##.....##..",
-                                       ".##.....##..",
-                                       "............"}), 0.5);
+  const auto found =
+      objects_of(drawn({"............", ".##.....##..", ".##.....##..", "............"}), 0.5);
   ASSERT_EQ(found.size(), 2u);
   EXPECT_NEAR(found[0].gap_m, 2.5, 1e-3);
   EXPECT_NEAR(found[1].gap_m, 2.5, 1e-3);
 }
 
 TEST(FindObjects, PiecesTooSmallToListStillCountAsIceNearby) {
-  const auto found = objects_of(drawn({".........",
-                                       ".##...#..",
-                                       ".##......",
-                                       "........."}), 1.0, 4);
+  const auto found =
+      objects_of(drawn({".........", ".##...#..", ".##......", "........."}), 1.0, 4);
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NEAR(found[0].gap_m, 3.0, 1e-3);
 }
 
 TEST(FindObjects, OnlyAloneCompactWholeAndSureMakesAnIcebergCandidate) {
   cv::Mat p(60, 120, CV_32F, cv::Scalar(0.05));
-  cv::circle(p, {20, 30}, 6, cv::Scalar(0.95), cv::FILLED);    // candidate
+  cv::circle(p, {20, 30}, 6, cv::Scalar(0.95), cv::FILLED);                    // candidate
   cv::ellipse(p, {50, 30}, {12, 2}, 0, 0, 360, cv::Scalar(0.95), cv::FILLED);  // thin
-  cv::circle(p, {80, 30}, 6, cv::Scalar(0.6), cv::FILLED);     // not sure
-  cv::circle(p, {100, 0}, 6, cv::Scalar(0.95), cv::FILLED);    // cut
-  cv::circle(p, {100, 40}, 6, cv::Scalar(0.95), cv::FILLED);   // a pair
+  cv::circle(p, {80, 30}, 6, cv::Scalar(0.6), cv::FILLED);                     // not sure
+  cv::circle(p, {100, 0}, 6, cv::Scalar(0.95), cv::FILLED);                    // cut
+  cv::circle(p, {100, 40}, 6, cv::Scalar(0.95), cv::FILLED);                   // a pair
   cv::circle(p, {114, 40}, 6, cv::Scalar(0.95), cv::FILLED);
   int candidates = 0;
   for (const IceObject& o : objects_of(p)) {
@@ -218,7 +200,9 @@ TEST(FindObjects, OutlinesHoldExactlyTheirCellsAndAreSimple) {
           for (const auto& v : polygon.outer)
             outline.emplace_back(static_cast<float>(v.x()), static_cast<float>(v.y()));
           for (const auto& v : hole)
-            EXPECT_GE(cv::pointPolygonTest(outline, {static_cast<float>(v.x()), static_cast<float>(v.y())}, false), 0);
+            EXPECT_GE(cv::pointPolygonTest(
+                          outline, {static_cast<float>(v.x()), static_cast<float>(v.y())}, false),
+                      0);
         }
       }
       EXPECT_DOUBLE_EQ(area, static_cast<double>(o.cells));
@@ -231,7 +215,8 @@ TEST(FindObjects, LengthAndWidthAgreeWithAllPairsAndAllDirections) {
   std::uniform_real_distribution<double> u(0, 1);
   for (int trial = 0; trial < 50; ++trial) {
     cv::Mat p(80, 80, CV_32F, cv::Scalar(0.1));
-    cv::ellipse(p, {40, 40}, {4 + static_cast<int>(30 * u(random)), 2 + static_cast<int>(20 * u(random))},
+    cv::ellipse(p, {40, 40},
+                {4 + static_cast<int>(30 * u(random)), 2 + static_cast<int>(20 * u(random))},
                 180 * u(random), 0, 360, cv::Scalar(0.9), cv::FILLED);
     const auto found = objects_of(p);
     ASSERT_EQ(found.size(), 1u);

@@ -108,12 +108,13 @@ struct Source {
 using Sources = std::map<std::pair<int, int>, Source>;
 
 void take_gimbal_device(Source& source, const BootTime& time, const Message& m) {
-  const Eigen::Quaterniond q(m.number("q", 0), m.number("q", 1), m.number("q", 2), m.number("q", 3));
+  const Eigen::Quaterniond q(m.number("q", 0), m.number("q", 1), m.number("q", 2),
+                             m.number("q", 3));
   if (!q.coeffs().allFinite() || q.norm() < 0.5) return;
   const auto flags = m.integer("flags");
   constexpr std::int64_t kYawInVehicle = 0x20, kYawInEarth = 0x40, kYawLock = 0x10;
-  const bool vehicle = (flags & kYawInVehicle) != 0 ||
-                       ((flags & kYawInEarth) == 0 && (flags & kYawLock) == 0);
+  const bool vehicle =
+      (flags & kYawInVehicle) != 0 || ((flags & kYawInEarth) == 0 && (flags & kYawLock) == 0);
   source.gimbal_device.push_back({time, q.normalized(), vehicle});
 }
 
@@ -125,7 +126,8 @@ void take_mount_orientation(Source& source, const BootTime& time, const Message&
   const double yaw = vehicle ? relative : absolute;
   if (!std::isfinite(roll) || !std::isfinite(pitch) || !std::isfinite(yaw)) return;
   source.mount_orientation.push_back(
-      {time, rotation_from({Angle::degrees(yaw), Angle::degrees(pitch), Angle::degrees(roll)}), vehicle});
+      {time, rotation_from({Angle::degrees(yaw), Angle::degrees(pitch), Angle::degrees(roll)}),
+       vehicle});
 }
 
 void take(Source& source, const Message& m, Time stamp) {
@@ -148,21 +150,27 @@ void take(Source& source, const Message& m, Time stamp) {
     case kAttitude: {
       const double r = m.number("roll"), p = m.number("pitch"), y = m.number("yaw");
       if (std::isfinite(r) && std::isfinite(p) && std::isfinite(y))
-        source.eulers.emplace_back(time, rotation_from({Angle::radians(y), Angle::radians(p), Angle::radians(r)}));
+        source.eulers.emplace_back(
+            time, rotation_from({Angle::radians(y), Angle::radians(p), Angle::radians(r)}));
       break;
     }
     case kAttitudeQuaternion: {
       const Eigen::Quaterniond q(m.number("q1"), m.number("q2"), m.number("q3"), m.number("q4"));
-      if (q.coeffs().allFinite() && q.norm() > 0.5) source.quaternions.emplace_back(time, q.normalized());
+      if (q.coeffs().allFinite() && q.norm() > 0.5)
+        source.quaternions.emplace_back(time, q.normalized());
       break;
     }
     case kGlobalPositionInt: {
       const auto lat = m.integer("lat"), lon = m.integer("lon");
       // Before the first fix both are zero.
-      if ((lat == 0 && lon == 0) || std::abs(lat) > 900'000'000 || std::abs(lon) > 1'800'000'000) break;
-      source.positions.emplace_back(
-          time, PositionSample{{}, Angle::degrees(static_cast<double>(lat) * 1e-7), Angle::degrees(static_cast<double>(lon) * 1e-7),
-                               m.number("alt") * 1e-3, m.number("relative_alt") * 1e-3});
+      if ((lat == 0 && lon == 0) || std::abs(lat) > 900'000'000 || std::abs(lon) > 1'800'000'000)
+        break;
+      source.positions.emplace_back(time,
+                                    PositionSample{{},
+                                                   Angle::degrees(static_cast<double>(lat) * 1e-7),
+                                                   Angle::degrees(static_cast<double>(lon) * 1e-7),
+                                                   m.number("alt") * 1e-3,
+                                                   m.number("relative_alt") * 1e-3});
       break;
     }
     case kGimbalDeviceAttitudeStatus: take_gimbal_device(source, time, m); break;
@@ -173,8 +181,10 @@ void take(Source& source, const Message& m, Time stamp) {
 
 template <class Sample>
 void sort_by_time(std::vector<Sample>& samples) {
-  std::stable_sort(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) { return a.time < b.time; });
-  samples.erase(std::unique(samples.begin(), samples.end(), [](const Sample& a, const Sample& b) { return a.time == b.time; }),
+  std::stable_sort(samples.begin(), samples.end(),
+                   [](const Sample& a, const Sample& b) { return a.time < b.time; });
+  samples.erase(std::unique(samples.begin(), samples.end(),
+                            [](const Sample& a, const Sample& b) { return a.time == b.time; }),
                 samples.end());
 }
 
@@ -205,7 +215,8 @@ std::string sender(const std::pair<int, int>& id) {
 
 }  // namespace
 
-LowerLine fit_lower_line(std::span<const std::pair<double, double>> xy, double min_span, double max_slope) {
+LowerLine fit_lower_line(std::span<const std::pair<double, double>> xy, double min_span,
+                         double max_slope) {
   const double x_first = xy.front().first, x_last = xy.back().first;
   LowerLine flat{0.5 * (x_first + x_last), xy.front().second, 0.0};
   double mean_x = 0;
@@ -223,7 +234,8 @@ LowerLine fit_lower_line(std::span<const std::pair<double, double>> xy, double m
     while (hull.size() >= 2) {
       const auto& a = hull[hull.size() - 2];
       const auto& b = hull.back();
-      if ((b.first - a.first) * (p.second - a.second) > (b.second - a.second) * (p.first - a.first)) break;
+      if ((b.first - a.first) * (p.second - a.second) > (b.second - a.second) * (p.first - a.first))
+        break;
       hull.pop_back();
     }
     hull.push_back(p);
@@ -263,10 +275,12 @@ Result<AutopilotLog> parse_tlog(std::span<const std::uint8_t> bytes, const std::
     std::tie(log.system, log.component) = id;
   }
   if (!vehicle)
-    return Error{ErrorCode::NotFound,
-                 name + ": no system sent both attitude (ATTITUDE or ATTITUDE_QUATERNION) and GLOBAL_POSITION_INT"};
+    return Error{ErrorCode::NotFound, name +
+                                          ": no system sent both attitude (ATTITUDE or "
+                                          "ATTITUDE_QUATERNION) and GLOBAL_POSITION_INT"};
   if (vehicles > 1)
-    log.notes.push_back(name + ": of " + std::to_string(vehicles) + " vehicles the one with most poses was taken (" +
+    log.notes.push_back(name + ": of " + std::to_string(vehicles) +
+                        " vehicles the one with most poses was taken (" +
                         sender({log.system, log.component}) + ")");
   if (reader.skipped_bytes() > 0)
     log.notes.push_back(name + ": " + std::to_string(reader.skipped_bytes()) + " bytes in " +
@@ -276,9 +290,12 @@ Result<AutopilotLog> parse_tlog(std::span<const std::uint8_t> bytes, const std::
   for (auto& [id, source] : sources) source.clock.fit();
   const BootClock& clock = vehicle->clock;
   if (clock.boots() > 1)
-    log.notes.push_back(name + ": the autopilot was restarted " + std::to_string(clock.boots() - 1) + " times");
+    log.notes.push_back(name + ": the autopilot was restarted " +
+                        std::to_string(clock.boots() - 1) + " times");
 
-  for (const auto& [time, q] : vehicle->quaternions.size() > vehicle->eulers.size() ? vehicle->quaternions : vehicle->eulers)
+  for (const auto& [time, q] : vehicle->quaternions.size() > vehicle->eulers.size()
+                                   ? vehicle->quaternions
+                                   : vehicle->eulers)
     log.attitudes.push_back({clock.utc(time), q});
   std::vector<double> home;
   for (auto& [time, sample] : vehicle->positions) {
@@ -297,7 +314,8 @@ Result<AutopilotLog> parse_tlog(std::span<const std::uint8_t> bytes, const std::
       for (const RawFeedback& f : source.feedback)
         if (log.feedback.empty() || log.feedback.back().image_index != f.image_index)
           log.feedback.push_back({feedback_time(f, source), f.image_index});
-    const auto& raw = source.gimbal_device.empty() ? source.mount_orientation : source.gimbal_device;
+    const auto& raw =
+        source.gimbal_device.empty() ? source.mount_orientation : source.gimbal_device;
     if (raw.size() <= log.gimbal.size()) continue;
     RotationTrack body;
     std::vector<StampedRotation> body_samples;
@@ -317,7 +335,8 @@ Result<AutopilotLog> parse_tlog(std::span<const std::uint8_t> bytes, const std::
     sort_by_time(log.gimbal);
   }
   if (vehicle->mount_status > 0 && log.gimbal.empty())
-    log.notes.push_back(name + ": MOUNT_STATUS does not say against what its angles are and was not used");
+    log.notes.push_back(name +
+                        ": MOUNT_STATUS does not say against what its angles are and was not used");
   return log;
 }
 
@@ -342,10 +361,12 @@ Result<Trajectory> make_trajectory(const AutopilotLog& log, const Datum& datum) 
     Eigen::Vector3d p = places[i].p_world;
     if (places[i].time < a.time) {
       if (i + 1 == places.size() || places[i + 1].time - places[i].time > kMaxGap) continue;
-      const double f = to_seconds(a.time - places[i].time) / to_seconds(places[i + 1].time - places[i].time);
+      const double f =
+          to_seconds(a.time - places[i].time) / to_seconds(places[i + 1].time - places[i].time);
       p += f * (places[i + 1].p_world - p);
     }
-    poses.push_back({a.time, {places[i].world_from_ned * a.ned_from_body, Point<World>{p}}, std::nullopt});
+    poses.push_back(
+        {a.time, {places[i].world_from_ned * a.ned_from_body, Point<World>{p}}, std::nullopt});
   }
   return Trajectory::make(std::move(poses));
 }

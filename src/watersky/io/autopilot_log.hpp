@@ -21,7 +21,7 @@ struct AttitudeSample {
 struct PositionSample {
   Time time;
   Angle latitude, longitude;
-  double height_geoid_m = 0.0;       ///< above EGM96
+  double height_geoid_m = 0.0;  ///< above EGM96
   double height_above_home_m = 0.0;
 };
 
@@ -46,7 +46,8 @@ struct AutopilotLog {
 /// Reads a .tlog. A stamp says when a message arrived, time_boot_ms when it was measured: boot
 /// time is taken to UTC by the line under all (boot time, stamp - boot time), as delay is never
 /// negative; anew after each reboot. NotFound when no system sends both attitude and position.
-[[nodiscard]] Result<AutopilotLog> parse_tlog(std::span<const std::uint8_t> bytes, const std::string& name);
+[[nodiscard]] Result<AutopilotLog> parse_tlog(std::span<const std::uint8_t> bytes,
+                                              const std::string& name);
 
 /// Body poses at the attitudes' times, position linearly between GLOBAL_POSITION_INTs no more
 /// than two seconds apart (a gap in position is left a gap); heights stand on EGM96.
@@ -59,6 +60,7 @@ struct LowerLine {
 };
 /// `xy` by rising x, not empty. The slope is 0 where the points span less than `min_span` or it
 /// would be steeper than `max_slope`.
-[[nodiscard]] LowerLine fit_lower_line(std::span<const std::pair<double, double>> xy, double min_span, double max_slope);
+[[nodiscard]] LowerLine fit_lower_line(std::span<const std::pair<double, double>> xy,
+                                       double min_span, double max_slope);
 
 }  // namespace watersky

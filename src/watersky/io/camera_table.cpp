@@ -96,8 +96,10 @@ constexpr KnownCamera kCameras[] = {
 };
 
 Error unknown(const std::string& why) {
-  return {ErrorCode::NotFound,
-          why + "; give a calibration file (--camera FILE) or the focal length in pixels (--focal-px F)"};
+  return {
+      ErrorCode::NotFound,
+      why +
+          "; give a calibration file (--camera FILE) or the focal length in pixels (--focal-px F)"};
 }
 
 std::string format(const char* pattern, double x) {
@@ -128,14 +130,14 @@ bool shows_full_width(const KnownCamera& camera, int width_px, int height_px) {
 
 const KnownCamera* find_known_camera(std::string_view make, std::string_view model) {
   const std::string wanted = lower(model);
-  const auto it = std::find_if(std::begin(kCameras), std::end(kCameras), [&](const KnownCamera& c) {
-    return lower(c.model) == wanted;
-  });
+  const auto it = std::find_if(std::begin(kCameras), std::end(kCameras),
+                               [&](const KnownCamera& c) { return lower(c.model) == wanted; });
   if (it != std::end(kCameras)) return &*it;
   // libcamera names the sensor by where it hangs: "/base/soc/i2c0mux/i2c@1/imx219@10".
   if (lower(make).starts_with("raspberry")) {
     for (const KnownCamera& c : kCameras)
-      if (c.model.starts_with("RP_") && wanted.find(c.model.substr(3)) != std::string::npos) return &c;
+      if (c.model.starts_with("RP_") && wanted.find(c.model.substr(3)) != std::string::npos)
+        return &c;
   }
   return nullptr;
 }
@@ -156,14 +158,16 @@ Result<Intrinsics> intrinsics_from(const PhotoMetadata& photo) {
   if (photo.dewarp.size() == 9 && photo.dewarp[0] > 0 && photo.dewarp[1] > 0 && full_size) {
     const auto& d = photo.dewarp;
     Eigen::Matrix3d a;
-    a << d[0], 0, (photo.width_px - 1) / 2.0 + d[2], 0, d[1], (photo.height_px - 1) / 2.0 + d[3], 0, 0, 1;
+    a << d[0], 0, (photo.width_px - 1) / 2.0 + d[2], 0, d[1], (photo.height_px - 1) / 2.0 + d[3], 0,
+        0, 1;
     std::vector<double> distortion;
     if (!photo.dewarped) distortion = {d[4], d[5], d[6], d[7], d[8]};
     if (auto camera = CameraModel::make(LensModel::Pinhole, photo.width_px, photo.height_px, a,
                                         std::move(distortion)))
-      return Intrinsics{std::move(*camera),
-                        {"the maker's calibration in XMP (" + name + format("): %.0f px ± 0.2 %%", d[0]),
-                         0.002 * d[0]}};
+      return Intrinsics{
+          std::move(*camera),
+          {"the maker's calibration in XMP (" + name + format("): %.0f px ± 0.2 %%", d[0]),
+           0.002 * d[0]}};
   }
   if (known && known->wide_fisheye)
     return unknown("the " + std::string(known->common_name) +
@@ -171,7 +175,8 @@ Result<Intrinsics> intrinsics_from(const PhotoMetadata& photo) {
   // A focal length far from any lens's is another unit or another sensor of the camera.
   if (photo.calibrated_focal_px && full_size && *photo.calibrated_focal_px > 0.3 * photo.width_px &&
       *photo.calibrated_focal_px < 20.0 * photo.width_px)
-    return pinhole(*photo.calibrated_focal_px, photo, "CalibratedFocalLength in XMP (" + name + ")", 0.01);
+    return pinhole(*photo.calibrated_focal_px, photo, "CalibratedFocalLength in XMP (" + name + ")",
+                   0.01);
 
   if (known) {
     const double focal_mm = photo.focal_length_mm.value_or(known->focal_mm);

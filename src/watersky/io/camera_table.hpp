@@ -15,9 +15,9 @@ struct KnownCamera {
   double sensor_width_mm = 0.0;  ///< of the `width_px` pixels
   int width_px = 0;              ///< full resolution; binned modes share the sensor's width
   int height_px = 0;
-  double focal_mm = 0.0;         ///< of a fixed lens when EXIF does not say; 0: EXIF must
-  double focal_sigma = 0.02;     ///< one sigma of the nominal focal length, relative
-  bool wide_fisheye = false;     ///< a pinhole does not describe it: only a calibration does
+  double focal_mm = 0.0;      ///< of a fixed lens when EXIF does not say; 0: EXIF must
+  double focal_sigma = 0.02;  ///< one sigma of the nominal focal length, relative
+  bool wide_fisheye = false;  ///< a pinhole does not describe it: only a calibration does
 };
 
 /// nullptr when the camera is not in the table.
@@ -34,6 +34,7 @@ struct Intrinsics {
 [[nodiscard]] Result<Intrinsics> intrinsics_from(const PhotoMetadata& photo);
 
 /// A pinhole with its centre in the image's middle.
-[[nodiscard]] Result<Intrinsics> intrinsics_from_focal_px(double focal_px, int width_px, int height_px);
+[[nodiscard]] Result<Intrinsics> intrinsics_from_focal_px(double focal_px, int width_px,
+                                                          int height_px);
 
 }  // namespace watersky

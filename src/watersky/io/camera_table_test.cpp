@@ -9,7 +9,8 @@ namespace {
 
 using ::testing::HasSubstr;
 
-PhotoMetadata photo(const std::string& make, const std::string& model, int w, int h, double focal_mm) {
+PhotoMetadata photo(const std::string& make, const std::string& model, int w, int h,
+                    double focal_mm) {
   PhotoMetadata m;
   m.make = make;
   m.model = model;
@@ -40,14 +41,18 @@ TEST(CameraTable, KnowsTheBinnedPiCameraHoweverItIsNamed) {
 
 TEST(CameraTable, FocalLengthsOfFixedLensesAgreeWithPublishedCalibrations) {
   // Nominal focal lengths in pixels, by the makers: 8.8 mm over 2.41 µm and so on.
-  EXPECT_NEAR(intrinsics_from(photo("DJI", "FC6310R", 5472, 3648, 8.8))->camera.focal_px(), 3650, 30);
-  EXPECT_NEAR(intrinsics_from(photo("Hasselblad", "L1D-20c", 5472, 3648, 10.26))->camera.focal_px(), 4253, 40);
-  EXPECT_NEAR(intrinsics_from(photo("DJI", "ZenmuseP1", 8192, 5460, 35))->camera.focal_px(), 7988, 50);
+  EXPECT_NEAR(intrinsics_from(photo("DJI", "FC6310R", 5472, 3648, 8.8))->camera.focal_px(), 3650,
+              30);
+  EXPECT_NEAR(intrinsics_from(photo("Hasselblad", "L1D-20c", 5472, 3648, 10.26))->camera.focal_px(),
+              4253, 40);
+  EXPECT_NEAR(intrinsics_from(photo("DJI", "ZenmuseP1", 8192, 5460, 35))->camera.focal_px(), 7988,
+              50);
 }
 
 TEST(CameraTable, TheMakersCalibrationGoesFirst) {
   PhotoMetadata m = photo("DJI", "FC6310R", 5472, 3648, 8.8);
-  m.dewarp = {3678.87, 3671.84, 10.1, 27.29, -0.268652, 0.114663, 0.000015685, -0.0000460703, -0.0350261};
+  m.dewarp = {3678.87,  3671.84,     10.1,          27.29,     -0.268652,
+              0.114663, 0.000015685, -0.0000460703, -0.0350261};
   const auto i = intrinsics_from(m).value();
   EXPECT_EQ(i.camera.camera_matrix()(0, 0), 3678.87);
   EXPECT_EQ(i.camera.camera_matrix()(1, 2), 1823.5 + 27.29);
@@ -76,13 +81,16 @@ TEST(CameraTable, UnknownCamerasGoByWhatExifSaysOrNotAtAll) {
 }
 
 TEST(CameraTable, RefusesFisheyesAndCrops) {
-  EXPECT_THAT(intrinsics_from(photo("GoPro", "HERO4 Black", 4000, 3000, 3)).error().message, HasSubstr("fisheye"));
-  EXPECT_THAT(intrinsics_from(photo("DJI", "FC300S", 1000, 1000, 3.61)).error().message, HasSubstr("crop"));
+  EXPECT_THAT(intrinsics_from(photo("GoPro", "HERO4 Black", 4000, 3000, 3)).error().message,
+              HasSubstr("fisheye"));
+  EXPECT_THAT(intrinsics_from(photo("DJI", "FC300S", 1000, 1000, 3.61)).error().message,
+              HasSubstr("crop"));
 }
 
 TEST(CameraTable, AScaledCopyKeepsItsFieldOfView) {
   const double full = intrinsics_from(photo("DJI", "FC300S", 4000, 3000, 3.61))->camera.focal_px();
-  EXPECT_NEAR(intrinsics_from(photo("DJI", "FC300S", 1000, 750, 3.61))->camera.focal_px(), full / 4, 1e-9);
+  EXPECT_NEAR(intrinsics_from(photo("DJI", "FC300S", 1000, 750, 3.61))->camera.focal_px(), full / 4,
+              1e-9);
 }
 
 }  // namespace

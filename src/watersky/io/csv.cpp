@@ -113,7 +113,8 @@ Result<CsvTable> CsvTable::parse(std::string_view text, std::string name) {
     table.lines_.push_back(line);
   }
   if (table.columns_.empty())
-    return Error{ErrorCode::InvalidInput, table.name_ + ": is empty; its first line must name the columns"};
+    return Error{ErrorCode::InvalidInput,
+                 table.name_ + ": is empty; its first line must name the columns"};
   return table;
 }
 
@@ -165,7 +166,8 @@ std::optional<double> parse_number(std::string_view text) {
   }
   double x = 0;
   const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), x);
-  if (ec != std::errc{} || end != text.data() + text.size() || !std::isfinite(x)) return std::nullopt;
+  if (ec != std::errc{} || end != text.data() + text.size() || !std::isfinite(x))
+    return std::nullopt;
   return x;
 }
 
@@ -207,8 +209,8 @@ std::optional<Time> parse_time_seconds(std::string_view text) {
 
 std::string format_time_seconds(Time t) {
   const std::int64_t all = t.time_since_epoch().count();
-  const std::uint64_t magnitude =
-      all < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(all) : static_cast<std::uint64_t>(all);
+  const std::uint64_t magnitude = all < 0 ? std::uint64_t{0} - static_cast<std::uint64_t>(all)
+                                          : static_cast<std::uint64_t>(all);
   char text[40];
   std::snprintf(text, sizeof text, "%s%llu.%09llu", all < 0 ? "-" : "",
                 static_cast<unsigned long long>(magnitude / 1'000'000'000),

@@ -14,7 +14,10 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 TEST(Csv, ReadsQuotesCrLfAndAByteOrderMark) {
-  const auto t = CsvTable::parse("\xEF\xBB\xBF" "file, time_s ,note\r\na.jpg,1.5,\"one, \"\"two\"\"\nthree\"\r\n\r\nb.jpg,2,\r\n", "x.csv");
+  const auto t = CsvTable::parse(
+      "\xEF\xBB\xBF"
+      "file, time_s ,note\r\na.jpg,1.5,\"one, \"\"two\"\"\nthree\"\r\n\r\nb.jpg,2,\r\n",
+      "x.csv");
   ASSERT_TRUE(t) << t.error().message;
   EXPECT_THAT(t->columns(), ElementsAre("file", "time_s", "note"));
   ASSERT_EQ(t->rows(), 2u);
@@ -49,26 +52,30 @@ TEST(Csv, ACellComesBackThroughItsQuotes) {
 }
 
 TEST(Number, RefusesWhatIsNotWhollyAFiniteNumber) {
-  for (const char* bad : {"", " ", "nan", "inf", "-inf", "1e999", "1.5x", "x1", "1 2", "+-1", "0x10", "1,5"})
+  for (const char* bad :
+       {"", " ", "nan", "inf", "-inf", "1e999", "1.5x", "x1", "1 2", "+-1", "0x10", "1,5"})
     EXPECT_FALSE(parse_number(bad)) << bad;
   EXPECT_EQ(parse_number("+198.31"), 198.31);
   EXPECT_EQ(parse_number(" -1e-3 "), -1e-3);
 }
 
 TEST(TimeSeconds, KeepsNanosecondsThatADoubleWouldLose) {
-  EXPECT_EQ(parse_time_seconds("1533430844.480000001")->time_since_epoch().count(), 1533430844480000001);
+  EXPECT_EQ(parse_time_seconds("1533430844.480000001")->time_since_epoch().count(),
+            1533430844480000001);
   EXPECT_EQ(parse_time_seconds("-0.5")->time_since_epoch().count(), -500000000);
   EXPECT_EQ(parse_time_seconds("1.0000000005")->time_since_epoch().count(), 1000000001);
   EXPECT_EQ(parse_time_seconds("7")->time_since_epoch().count(), 7000000000);
   EXPECT_EQ(parse_time_seconds("1.5e3")->time_since_epoch().count(), 1500000000000);
-  for (const char* bad : {"", ".", "-", "1.2.3", "nan", "99999999999", "1e300", "12:00", "99999999999999999999999"})
+  for (const char* bad :
+       {"", ".", "-", "1.2.3", "nan", "99999999999", "1e300", "12:00", "99999999999999999999999"})
     EXPECT_FALSE(parse_time_seconds(bad)) << bad;
 }
 
 TEST(TimeSeconds, FormatAndParseUndoEachOther) {
   std::mt19937_64 rng(3);
   for (int i = 0; i < 10000; ++i) {
-    const Time t(Duration(std::uniform_int_distribution<std::int64_t>(-9'000'000'000'000'000'000, 9'000'000'000'000'000'000)(rng)));
+    const Time t(Duration(std::uniform_int_distribution<std::int64_t>(
+        -9'000'000'000'000'000'000, 9'000'000'000'000'000'000)(rng)));
     EXPECT_EQ(parse_time_seconds(format_time_seconds(t)), t);
   }
 }
@@ -76,7 +83,8 @@ TEST(TimeSeconds, FormatAndParseUndoEachOther) {
 TEST(Number, FormatAndParseUndoEachOther) {
   std::mt19937_64 rng(4);
   for (int i = 0; i < 10000; ++i) {
-    const double x = std::ldexp(std::uniform_real_distribution(-1.0, 1.0)(rng), std::uniform_int_distribution(-60, 60)(rng));
+    const double x = std::ldexp(std::uniform_real_distribution(-1.0, 1.0)(rng),
+                                std::uniform_int_distribution(-60, 60)(rng));
     EXPECT_EQ(parse_number(format_number(x)), x);
   }
 }

@@ -132,9 +132,11 @@ void read_exif(Bytes segment, PhotoMetadata& out) {
   out.make = exif.text(EXIF_IFD_0, EXIF_TAG_MAKE).value_or("");
   out.model = exif.text(EXIF_IFD_0, EXIF_TAG_MODEL).value_or("");
   out.focal_length_mm = positive(exif.number(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH));
-  out.focal_length_35mm_mm = positive(exif.number(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM));
+  out.focal_length_35mm_mm =
+      positive(exif.number(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_LENGTH_IN_35MM_FILM));
   if (const auto x = positive(exif.number(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_X_RESOLUTION))) {
-    const double unit = exif.number(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_RESOLUTION_UNIT).value_or(2);
+    const double unit =
+        exif.number(EXIF_IFD_EXIF, EXIF_TAG_FOCAL_PLANE_RESOLUTION_UNIT).value_or(2);
     const double mm = unit == 2 ? 25.4 : unit == 3 ? 10.0 : unit == 4 ? 1.0 : 0.0;
     if (mm > 0) out.focal_plane_px_per_mm = *x / mm;
   }
@@ -146,11 +148,13 @@ void read_exif(Bytes segment, PhotoMetadata& out) {
   if (out.latitude && out.latitude->radians() == 0 && out.longitude->radians() == 0)
     out.latitude = out.longitude = std::nullopt;
   if (auto altitude = exif.number(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE)) {
-    if (exif.number(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE_REF).value_or(0) == 1) altitude = -*altitude;
+    if (exif.number(EXIF_IFD_GPS, EXIF_TAG_GPS_ALTITUDE_REF).value_or(0) == 1)
+      altitude = -*altitude;
     out.gps_altitude_m = altitude;
   }
   if (const auto direction = exif.number(EXIF_IFD_GPS, EXIF_TAG_GPS_IMG_DIRECTION);
-      direction && exif.text(EXIF_IFD_GPS, EXIF_TAG_GPS_IMG_DIRECTION_REF).value_or("T").front() == 'T')
+      direction &&
+      exif.text(EXIF_IFD_GPS, EXIF_TAG_GPS_IMG_DIRECTION_REF).value_or("T").front() == 'T')
     out.image_direction = Angle::degrees(*direction);
   out.gps_time = gps_time(exif);
 
@@ -194,7 +198,8 @@ void read_xmp(Bytes segment, PhotoMetadata& out) {
     const auto pitch = number(who + "PitchDegree");
     const auto roll = number(who + "RollDegree");
     const auto turns = [](double x) { return std::abs(x) <= 720; };
-    if (!yaw || !pitch || !roll || !turns(*yaw) || !turns(*pitch) || !turns(*roll)) return std::nullopt;
+    if (!yaw || !pitch || !roll || !turns(*yaw) || !turns(*pitch) || !turns(*roll))
+      return std::nullopt;
     return YawPitchRoll{Angle::degrees(*yaw), Angle::degrees(*pitch), Angle::degrees(*roll)};
   };
   out.gimbal = angles("Gimbal");
@@ -213,7 +218,8 @@ void read_xmp(Bytes segment, PhotoMetadata& out) {
   out.dewarped = number("DewarpFlag") == 1.0;
   if (const auto it = properties.find("DewarpData"); it != properties.end()) {
     std::string_view rest = it->second;
-    if (const auto semicolon = rest.find(';'); semicolon != std::string_view::npos) rest.remove_prefix(semicolon + 1);
+    if (const auto semicolon = rest.find(';'); semicolon != std::string_view::npos)
+      rest.remove_prefix(semicolon + 1);
     while (!rest.empty() && out.dewarp.size() < 10) {
       const auto comma = std::min(rest.find(','), rest.size());
       const auto x = parse_number(rest.substr(0, comma));
@@ -243,7 +249,8 @@ std::optional<Time> parse_exif_time(std::string_view text, std::string_view frac
   const auto y = digits_at(text, 0, 4), mo = digits_at(text, 5, 2), d = digits_at(text, 8, 2);
   const auto h = digits_at(text, 11, 2), mi = digits_at(text, 14, 2), s = digits_at(text, 17, 2);
   if (!y || !mo || !d || !h || !mi || !s || *y < 1900 || *y > 2200) return std::nullopt;
-  const year_month_day date{year(*y), month(static_cast<unsigned>(*mo)), day(static_cast<unsigned>(*d))};
+  const year_month_day date{year(*y), month(static_cast<unsigned>(*mo)),
+                            day(static_cast<unsigned>(*d))};
   if (!date.ok() || *h > 23 || *mi > 59 || *s > 60) return std::nullopt;
   Duration part{0};
   std::int64_t unit = 100'000'000;
@@ -268,8 +275,7 @@ std::optional<Duration> parse_utc_offset(std::string_view text) {
 Result<PhotoMetadata> parse_photo_metadata(Bytes bytes) {
   const Error more{ErrorCode::OutOfRange, "ends within its header"};
   if (bytes.size() < 4) return more;
-  if (bytes[0] != 0xFF || bytes[1] != 0xD8)
-    return Error{ErrorCode::InvalidInput, "is not a JPEG"};
+  if (bytes[0] != 0xFF || bytes[1] != 0xD8) return Error{ErrorCode::InvalidInput, "is not a JPEG"};
   PhotoMetadata out;
   bool exif_seen = false, xmp_seen = false;
   std::size_t at = 2;
@@ -297,7 +303,8 @@ Result<PhotoMetadata> parse_photo_metadata(Bytes bytes) {
     } else if (marker == 0xE1 && !xmp_seen && begins_with(body, kXmpHead)) {
       xmp_seen = true;
       read_xmp(body.subspan(kXmpHead.size()), out);
-    } else if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 && marker != 0xCC) {
+    } else if (marker >= 0xC0 && marker <= 0xCF && marker != 0xC4 && marker != 0xC8 &&
+               marker != 0xCC) {
       if (body.size() < 6) return Error{ErrorCode::InvalidInput, "has a damaged JPEG header"};
       out.height_px = body[1] << 8 | body[2];
       out.width_px = body[3] << 8 | body[4];
@@ -311,14 +318,16 @@ Result<PhotoMetadata> parse_photo_metadata(Bytes bytes) {
 
 Result<PhotoMetadata> read_photo_metadata(const std::filesystem::path& file) {
   std::ifstream in(file, std::ios::binary);
-  if (!in) return Error{ErrorCode::NotFound, file.string() + ": cannot be opened; is the path right?"};
+  if (!in)
+    return Error{ErrorCode::NotFound, file.string() + ": cannot be opened; is the path right?"};
   // Metadata and previews of DJI's cameras end within 200 kB; others put more there.
   constexpr std::size_t kFirst = std::size_t{1} << 18, kMost = std::size_t{1} << 25;
   std::vector<std::uint8_t> head;
   for (std::size_t wanted = kFirst; wanted <= kMost; wanted *= 4) {
     const std::size_t have = head.size();
     head.resize(wanted);
-    in.read(reinterpret_cast<char*>(head.data() + have), static_cast<std::streamsize>(wanted - have));
+    in.read(reinterpret_cast<char*>(head.data() + have),
+            static_cast<std::streamsize>(wanted - have));
     head.resize(have + static_cast<std::size_t>(in.gcount()));
     if (head.size() >= 2 && (head[0] != 0xFF || head[1] != 0xD8)) {
       WATERSKY_TRY(const ImageSize size, probe_image_size(file));

@@ -17,29 +17,30 @@
 namespace watersky {
 
 struct PhotoMetadata {
-  int width_px = 0;   ///< of the pixels themselves, whatever EXIF says
+  int width_px = 0;  ///< of the pixels themselves, whatever EXIF says
   int height_px = 0;
   std::string make, model;
 
   std::optional<double> focal_length_mm;
   std::optional<double> focal_length_35mm_mm;  ///< 35 mm equivalent, a whole number in EXIF
   std::optional<double> focal_plane_px_per_mm;
-  std::optional<double> calibrated_focal_px;   ///< DJI's CalibratedFocalLength
+  std::optional<double> calibrated_focal_px;  ///< DJI's CalibratedFocalLength
   /// DJI's DewarpData: fx fy cx cy k1 k2 p1 p2 k3, the centre relative to the image's middle.
   std::vector<double> dewarp;
   bool dewarped = false;  ///< DewarpFlag: the pixels are already free of distortion
 
   std::optional<Angle> latitude, longitude;
-  std::optional<double> gps_altitude_m;   ///< nominally above sea level
-  std::optional<Angle> image_direction;   ///< GPSImgDirection against true north
-  std::optional<Time> gps_time;           ///< UTC
+  std::optional<double> gps_altitude_m;  ///< nominally above sea level
+  std::optional<Angle> image_direction;  ///< GPSImgDirection against true north
+  std::optional<Time> gps_time;          ///< UTC
 
   /// DateTimeOriginal with its fraction, as if it were UTC, and what to subtract for UTC.
   std::optional<Time> taken_local;
   std::optional<Duration> utc_offset;
 
-  std::optional<YawPitchRoll> gimbal;  ///< against north, east, down; at pitch -90° yaw is where the image top points
-  std::optional<YawPitchRoll> flight;  ///< the body's attitude
+  std::optional<YawPitchRoll>
+      gimbal;  ///< against north, east, down; at pitch -90° yaw is where the image top points
+  std::optional<YawPitchRoll> flight;         ///< the body's attitude
   std::optional<double> relative_altitude_m;  ///< above take-off
   std::optional<double> absolute_altitude_m;
   /// The altitude is RTK's, above the ellipsoid; otherwise nominally above sea level.
@@ -63,7 +64,8 @@ struct PhotoMetadata {
 
 /// "2016:06:23 16:31:59", fraction digits "48": a time as if it were UTC; nullopt for what is no
 /// date.
-[[nodiscard]] std::optional<Time> parse_exif_time(std::string_view text, std::string_view fraction = {});
+[[nodiscard]] std::optional<Time> parse_exif_time(std::string_view text,
+                                                  std::string_view fraction = {});
 /// "+02:00", "-0930", "Z".
 [[nodiscard]] std::optional<Duration> parse_utc_offset(std::string_view text);
 

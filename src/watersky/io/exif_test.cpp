@@ -6,9 +6,9 @@
 
 #include <random>
 
+#include "support/make_photo.hpp"
 #include "watersky/io/csv.hpp"
 #include "watersky/io/files.hpp"
-#include "support/make_photo.hpp"
 
 namespace watersky {
 namespace {
@@ -29,10 +29,18 @@ Photo full_photo() {
   p.altitude_m = -12.345;
   p.gps_date = "2024:03:01";
   p.gps_second = 12599.25;
-  p.dji = {{"GimbalYawDegree", "+45.00"}, {"GimbalPitchDegree", "-89.90"}, {"GimbalRollDegree", "+0.00"},
-           {"FlightYawDegree", "+46.00"}, {"FlightPitchDegree", "+1.80"}, {"FlightRollDegree", "-3.00"},
-           {"RelativeAltitude", "+39.80"}, {"AbsoluteAltitude", "+198.31"}, {"RtkFlag", "50"},
-           {"RtkStdLon", "0.01"}, {"RtkStdLat", "0.02"}, {"RtkStdHgt", "0.03"},
+  p.dji = {{"GimbalYawDegree", "+45.00"},
+           {"GimbalPitchDegree", "-89.90"},
+           {"GimbalRollDegree", "+0.00"},
+           {"FlightYawDegree", "+46.00"},
+           {"FlightPitchDegree", "+1.80"},
+           {"FlightRollDegree", "-3.00"},
+           {"RelativeAltitude", "+39.80"},
+           {"AbsoluteAltitude", "+198.31"},
+           {"RtkFlag", "50"},
+           {"RtkStdLon", "0.01"},
+           {"RtkStdLat", "0.02"},
+           {"RtkStdHgt", "0.03"},
            {"CalibratedFocalLength", "3666.666504"}};
   return p;
 }
@@ -96,7 +104,9 @@ TEST(PhotoMetadata, AReceiverWithoutAFixIsNoPosition) {
 
 TEST(PhotoMetadata, ReadsDjisCalibration) {
   Photo p;
-  p.dji = {{"DewarpData", "2018-09-10;3678.87,3671.84,10.1,27.29,-0.268652,0.114663,0.000015685,-0.0000460703,-0.0350261"},
+  p.dji = {{"DewarpData",
+            "2018-09-10;3678.87,3671.84,10.1,27.29,-0.268652,0.114663,0.000015685,-0.0000460703,-0."
+            "0350261"},
            {"DewarpFlag", "0"}};
   const auto m = parse_photo_metadata(make_photo(p)).value();
   ASSERT_EQ(m.dewarp.size(), 9u);
@@ -136,7 +146,8 @@ TEST(PhotoMetadata, DamagedBytesNeverCrash) {
 }
 
 TEST(ExifTime, RefusesWhatIsNoDate) {
-  for (const char* bad : {"", "0000:00:00 00:00:00", "    :  :     :  :  ", "2023:02:29 10:00:00", "2023:13:01 10:00:00", "2023:01:01 24:00:00", "2023:01:01"})
+  for (const char* bad : {"", "0000:00:00 00:00:00", "    :  :     :  :  ", "2023:02:29 10:00:00",
+                          "2023:13:01 10:00:00", "2023:01:01 24:00:00", "2023:01:01"})
     EXPECT_FALSE(parse_exif_time(bad)) << bad;
   EXPECT_EQ(to_iso8601(parse_exif_time("2016:06:23 16:31:59", "4").value()),
             "2016-06-23T16:31:59.400Z");
@@ -153,7 +164,9 @@ TEST(PhotoMetadata, AgreesWithExiftoolOnBrightonBeach) {
   const auto t = CsvTable::parse(read_text(*data / "poses.csv").value(), "poses.csv").value();
   ASSERT_EQ(t.rows(), 18u);
   for (std::size_t row = 0; row < t.rows(); ++row) {
-    const auto value = [&](const char* name) { return t.number(row, t.column(name).value()).value(); };
+    const auto value = [&](const char* name) {
+      return t.number(row, t.column(name).value()).value();
+    };
     const auto m = read_photo_metadata(*data / t.cell(row, 0));
     ASSERT_TRUE(m) << m.error().message;
     EXPECT_NEAR(m->latitude.value().degrees(), value("GPSLatitude"), 1e-12);

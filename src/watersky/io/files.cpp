@@ -26,7 +26,8 @@ Result<Container> read_all(const fs::path& file, std::size_t max_bytes) {
     return Error{ErrorCode::InvalidInput, file.string() + ": is a folder, not a file"};
   std::ifstream in(file, std::ios::binary | std::ios::ate);
   if (!in)
-    return Error{ErrorCode::Io, file.string() + ": cannot be opened (" + std::strerror(errno) + ")"};
+    return Error{ErrorCode::Io,
+                 file.string() + ": cannot be opened (" + std::strerror(errno) + ")"};
   const std::streamoff size = in.tellg();
   if (size < 0) return Error{ErrorCode::Io, file.string() + ": cannot be read"};
   if (static_cast<std::size_t>(size) > max_bytes)
@@ -35,7 +36,8 @@ Result<Container> read_all(const fs::path& file, std::size_t max_bytes) {
   Container out(static_cast<std::size_t>(size), typename Container::value_type{});
   in.seekg(0);
   in.read(reinterpret_cast<char*>(out.data()), size);
-  if (in.gcount() != size) return Error{ErrorCode::Io, file.string() + ": cannot be read to its end"};
+  if (in.gcount() != size)
+    return Error{ErrorCode::Io, file.string() + ": cannot be read to its end"};
   return out;
 }
 
@@ -84,10 +86,12 @@ Result<std::vector<fs::path>> files_with_extension(
     const fs::path& folder, std::initializer_list<std::string_view> extensions) {
   std::error_code ec;
   fs::directory_iterator it(folder, ec);
-  if (ec) return Error{ErrorCode::Io, folder.string() + ": cannot be listed (" + ec.message() + ")"};
+  if (ec)
+    return Error{ErrorCode::Io, folder.string() + ": cannot be listed (" + ec.message() + ")"};
   std::vector<fs::path> out;
   for (const auto end = fs::directory_iterator(); it != end; it.increment(ec)) {
-    if (ec) return Error{ErrorCode::Io, folder.string() + ": cannot be listed (" + ec.message() + ")"};
+    if (ec)
+      return Error{ErrorCode::Io, folder.string() + ": cannot be listed (" + ec.message() + ")"};
     const fs::path& file = it->path();
     if (file.filename().string().starts_with('.')) continue;
     std::error_code ignored;
@@ -100,8 +104,10 @@ Result<std::vector<fs::path>> files_with_extension(
   return out;
 }
 
-PartialFolder::PartialFolder(fs::path asked, fs::path target) : asked_(std::move(asked)), target_(std::move(target)) {
-  path_ = target_.parent_path() / ("." + target_.filename().string() + ".part" + std::to_string(::getpid()));
+PartialFolder::PartialFolder(fs::path asked, fs::path target)
+    : asked_(std::move(asked)), target_(std::move(target)) {
+  path_ = target_.parent_path() /
+          ("." + target_.filename().string() + ".part" + std::to_string(::getpid()));
 }
 
 PartialFolder::PartialFolder(PartialFolder&& other) noexcept
@@ -130,7 +136,8 @@ Result<PartialFolder> PartialFolder::beside(const fs::path& asked) {
   if (!target.has_filename()) target = target.parent_path();
   PartialFolder folder(asked, target);
   std::error_code error;
-  for (fs::path p = target.parent_path(); !p.empty() && !fs::exists(p, error); p = p.parent_path()) folder.first_made_ = p;
+  for (fs::path p = target.parent_path(); !p.empty() && !fs::exists(p, error); p = p.parent_path())
+    folder.first_made_ = p;
   fs::create_directories(target.parent_path(), error);
   if (error) return refused(asked, error);
   fs::remove_all(folder.path_, error);
@@ -143,7 +150,8 @@ Status PartialFolder::publish() {
   std::error_code error, ignored;
   fs::path aside;
   if (fs::exists(fs::symlink_status(target_, error))) {
-    aside = target_.parent_path() / ("." + target_.filename().string() + ".old" + std::to_string(::getpid()));
+    aside = target_.parent_path() /
+            ("." + target_.filename().string() + ".old" + std::to_string(::getpid()));
     fs::rename(target_, aside, error);
     if (error) return refused(asked_, error);
   }

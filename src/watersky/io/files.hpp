@@ -14,8 +14,9 @@ namespace watersky {
 /// The whole file; NotFound, or Io, or InvalidInput when it is larger than `max_bytes`.
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& file,
                                             std::size_t max_bytes = std::size_t{1} << 30);
-[[nodiscard]] Result<std::vector<std::uint8_t>> read_bytes(
-    const std::filesystem::path& file, std::size_t max_bytes = std::size_t{1} << 32);
+[[nodiscard]] Result<std::vector<std::uint8_t>> read_bytes(const std::filesystem::path& file,
+                                                           std::size_t max_bytes = std::size_t{1}
+                                                                                   << 32);
 
 /// Written beside `file` under another name and renamed, so that nobody sees half of it.
 [[nodiscard]] Status write_file(const std::filesystem::path& file, std::string_view bytes);
@@ -47,7 +48,7 @@ class PartialFolder {
 
  private:
   PartialFolder(std::filesystem::path asked, std::filesystem::path target);
-  std::filesystem::path asked_;      ///< as the user wrote it, for messages
+  std::filesystem::path asked_;  ///< as the user wrote it, for messages
   std::filesystem::path target_;
   std::filesystem::path path_;
   std::filesystem::path first_made_;  ///< topmost folder made above the target; may be empty

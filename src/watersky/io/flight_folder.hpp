@@ -16,8 +16,8 @@ namespace watersky {
 
 /// flight.yaml.
 struct FlightDescription {
-  std::string camera = "camera.yaml";   ///< beside flight.yaml
-  std::string camera_source;            ///< where that came from first; may be empty
+  std::string camera = "camera.yaml";  ///< beside flight.yaml
+  std::string camera_source;           ///< where that came from first; may be empty
   double camera_focal_sigma_px = 0.0;
   std::optional<YawPitchRoll> mount;
   Eigen::Vector3d mount_lever_arm_m = Eigen::Vector3d::Zero();
@@ -26,7 +26,7 @@ struct FlightDescription {
   Angle datum_x_azimuth;
   std::optional<double> sea_above_datum_m;
   double sea_above_datum_sigma_m = 0.0;
-  bool sea_follows_geoid = false;       ///< otherwise it is parallel to the ellipsoid
+  bool sea_follows_geoid = false;  ///< otherwise it is parallel to the ellipsoid
   double readout_s = 0.0;
   std::optional<double> delay_s;
   std::optional<GimbalReference> gimbal_frame;
@@ -34,19 +34,25 @@ struct FlightDescription {
 };
 
 /// InvalidInput naming file and key.
-[[nodiscard]] Result<FlightDescription> parse_flight_yaml(const std::string& text, const std::string& name);
+[[nodiscard]] Result<FlightDescription> parse_flight_yaml(const std::string& text,
+                                                          const std::string& name);
 
 /// poses.csv in either form; `datum` stands for World. Times must rise strictly: the error names
 /// the line. `notes` gets the columns that mean nothing to us.
-[[nodiscard]] Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const std::string& name,
-                                                               const Datum& datum, std::vector<std::string>& notes);
+[[nodiscard]] Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text,
+                                                               const std::string& name,
+                                                               const Datum& datum,
+                                                               std::vector<std::string>& notes);
 /// The first position of a poses.csv in geodetic form; nullopt for the other form.
-[[nodiscard]] Result<std::optional<Geodetic>> first_place_of_poses_csv(std::string_view text, const std::string& name);
+[[nodiscard]] Result<std::optional<Geodetic>> first_place_of_poses_csv(std::string_view text,
+                                                                       const std::string& name);
 
 /// gimbal.csv.
-[[nodiscard]] Result<std::vector<StampedRotation>> parse_gimbal_csv(std::string_view text, const std::string& name);
+[[nodiscard]] Result<std::vector<StampedRotation>> parse_gimbal_csv(std::string_view text,
+                                                                    const std::string& name);
 
-[[nodiscard]] Result<Flight> read_flight_folder(const std::filesystem::path& folder, const ReadOptions& options = {},
+[[nodiscard]] Result<Flight> read_flight_folder(const std::filesystem::path& folder,
+                                                const ReadOptions& options = {},
                                                 const Progress& progress = {});
 
 enum class StoredImages { Png, Jpeg };
@@ -60,8 +66,8 @@ struct WriteFlightOptions {
 /// all. Returns the frames that could not be written (an image that cannot be read, no time) and
 /// why. Frames that carry their own pose get a row in poses.csv at their time; of several at one
 /// time the later are put a microsecond on, as poses must differ in time.
-[[nodiscard]] Result<std::vector<LeftOut>> write_flight_folder(const Flight& flight, const std::filesystem::path& folder,
-                                                               const WriteFlightOptions& options = {},
-                                                               const Progress& progress = {});
+[[nodiscard]] Result<std::vector<LeftOut>> write_flight_folder(
+    const Flight& flight, const std::filesystem::path& folder,
+    const WriteFlightOptions& options = {}, const Progress& progress = {});
 
 }  // namespace watersky

@@ -9,8 +9,8 @@
 #include "watersky/camera/calibration_file.hpp"
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/files.hpp"
 #include "watersky/io/detail/photos.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
 #include "watersky/io/image_file.hpp"
 
@@ -45,7 +45,8 @@ class Mapping {
     WATERSKY_TRY(const std::string value, text(key));
     const auto x = parse_number(value);
     if (!x || *x < low || *x > high)
-      return bad(place_ + ": " + key + " must be a number from " + format_number(low) + " to " + format_number(high));
+      return bad(place_ + ": " + key + " must be a number from " + format_number(low) + " to " +
+                 format_number(high));
     return *x;
   }
   Result<double> number_or(const std::string& key, double other, double low, double high) {
@@ -141,7 +142,8 @@ Result<FlightDescription> describe(const YAML::Node& root, const std::string& na
   if (map.has("delay_s")) {
     WATERSKY_TRY(out.delay_s, map.number("delay_s", -3600, 3600));
   }
-  WATERSKY_TRY([[maybe_unused]] const double delay_sigma_s, map.number_or("delay_sigma_s", 0.0, 0, 3600));
+  WATERSKY_TRY([[maybe_unused]] const double delay_sigma_s,
+               map.number_or("delay_sigma_s", 0.0, 0, 3600));
   if (map.has("gimbal_frame")) {
     WATERSKY_TRY(const std::string frame, map.text("gimbal_frame"));
     if (frame == "body")
@@ -157,20 +159,25 @@ Result<FlightDescription> describe(const YAML::Node& root, const std::string& na
 
 Status times_must_rise(const CsvTable& table, std::size_t row, Time before, Time now) {
   if (now > before) return {};
-  return bad(table.place(row) + (now == before ? ": has the same time as " + table.place(row - 1) + "; remove one of them"
-                                               : ": is earlier than " + table.place(row - 1) + "; sort the lines by time"));
+  return bad(table.place(row) +
+             (now == before
+                  ? ": has the same time as " + table.place(row - 1) + "; remove one of them"
+                  : ": is earlier than " + table.place(row - 1) + "; sort the lines by time"));
 }
 
-void note_unknown(const CsvTable& table, std::vector<std::string> unknown, std::vector<std::string>& notes) {
+void note_unknown(const CsvTable& table, std::vector<std::string> unknown,
+                  std::vector<std::string>& notes) {
   if (unknown.empty()) return;
   std::string list;
   for (const std::string& u : unknown) list += (list.empty() ? "" : ", ") + u;
-  notes.push_back(table.name() + ": columns that mean nothing to us were ignored: " + list.substr(0, 200));
+  notes.push_back(table.name() +
+                  ": columns that mean nothing to us were ignored: " + list.substr(0, 200));
 }
 
 /// The cells of named columns as numbers.
 template <std::size_t N>
-Result<std::array<double, N>> numbers(const CsvTable& table, std::size_t row, const std::array<std::size_t, N>& columns) {
+Result<std::array<double, N>> numbers(const CsvTable& table, std::size_t row,
+                                      const std::array<std::size_t, N>& columns) {
   std::array<double, N> out{};
   for (std::size_t i = 0; i < N; ++i) {
     WATERSKY_TRY(out[i], table.number(row, columns[i]));
@@ -179,39 +186,48 @@ Result<std::array<double, N>> numbers(const CsvTable& table, std::size_t row, co
 }
 
 template <std::size_t N>
-std::array<std::size_t, N> columns_of(const CsvTable& table, const std::array<const char*, N>& names) {
+std::array<std::size_t, N> columns_of(const CsvTable& table,
+                                      const std::array<const char*, N>& names) {
   std::array<std::size_t, N> out{};
   for (std::size_t i = 0; i < N; ++i) out[i] = table.column(names[i]).value_or(0);
   return out;
 }
 
 constexpr std::array kLocal = {"north_m", "east_m", "down_m", "qw", "qx", "qy", "qz"};
-constexpr std::array kGeodetic = {"lat_deg", "lon_deg", "height_ellipsoid_m", "roll_deg", "pitch_deg", "yaw_deg"};
-constexpr std::array kSigma = {"sigma_north_m", "sigma_east_m", "sigma_down_m",
+constexpr std::array kGeodetic = {"lat_deg",  "lon_deg",   "height_ellipsoid_m",
+                                  "roll_deg", "pitch_deg", "yaw_deg"};
+constexpr std::array kSigma = {"sigma_north_m",  "sigma_east_m",    "sigma_down_m",
                                "sigma_roll_deg", "sigma_pitch_deg", "sigma_yaw_deg"};
 
 Result<Geodetic> place_at(const CsvTable& table, std::size_t row) {
-  WATERSKY_TRY(const auto v, numbers(table, row, columns_of(table, std::array{"lat_deg", "lon_deg", "height_ellipsoid_m"})));
+  WATERSKY_TRY(const auto v,
+               numbers(table, row,
+                       columns_of(table, std::array{"lat_deg", "lon_deg", "height_ellipsoid_m"})));
   if (std::abs(v[0]) > 90 || std::abs(v[1]) > 360)
     return bad(table.place(row) + ": is no place on the Earth; lat_deg is from -90 to 90");
   return Geodetic{Angle::degrees(v[0]), Angle::degrees(v[1]), v[2]};
 }
 
 /// One row's pose in World.
-Result<Rigid3<World, Body>> pose_at(const CsvTable& table, std::size_t row, bool local, const Datum& datum) {
+Result<Rigid3<World, Body>> pose_at(const CsvTable& table, std::size_t row, bool local,
+                                    const Datum& datum) {
   if (local) {
     WATERSKY_TRY(const auto v, numbers(table, row, columns_of(table, kLocal)));
     const Eigen::Quaterniond q(v[3], v[4], v[5], v[6]);
     constexpr double kRounding = 1e-3;
     if (std::abs(q.norm() - 1) > kRounding)
-      return bad(table.place(row) + ": qw, qx, qy, qz are no rotation (their length is " + format_number(q.norm()) + ", not 1)");
+      return bad(table.place(row) + ": qw, qx, qy, qz are no rotation (their length is " +
+                 format_number(q.norm()) + ", not 1)");
     return Rigid3<World, Body>(q, Point<World>{{v[0], v[1], v[2]}});
   }
   WATERSKY_TRY(const Geodetic place, place_at(table, row));
-  WATERSKY_TRY(const auto v, numbers(table, row, columns_of(table, std::array{"roll_deg", "pitch_deg", "yaw_deg"})));
+  WATERSKY_TRY(
+      const auto v,
+      numbers(table, row, columns_of(table, std::array{"roll_deg", "pitch_deg", "yaw_deg"})));
   const Eigen::Quaterniond ned_from_body =
       rotation_from({Angle::degrees(v[2]), Angle::degrees(v[1]), Angle::degrees(v[0])});
-  return Rigid3<World, Body>(datum.world_from_ned_rotation(place) * ned_from_body, datum.world(place));
+  return Rigid3<World, Body>(datum.world_from_ned_rotation(place) * ned_from_body,
+                             datum.world(place));
 }
 
 }  // namespace
@@ -227,15 +243,18 @@ Result<FlightDescription> parse_flight_yaml(const std::string& text, const std::
   }
 }
 
-Result<std::optional<Geodetic>> first_place_of_poses_csv(std::string_view text, const std::string& name) {
+Result<std::optional<Geodetic>> first_place_of_poses_csv(std::string_view text,
+                                                         const std::string& name) {
   WATERSKY_TRY(const CsvTable table, CsvTable::parse(text, name));
-  if (!table.column("lat_deg") || !table.column("lon_deg") || !table.column("height_ellipsoid_m") || table.rows() == 0)
+  if (!table.column("lat_deg") || !table.column("lon_deg") || !table.column("height_ellipsoid_m") ||
+      table.rows() == 0)
     return std::optional<Geodetic>{};
   WATERSKY_TRY(const Geodetic place, place_at(table, 0));
   return std::optional(place);
 }
 
-Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const std::string& name, const Datum& datum,
+Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const std::string& name,
+                                                 const Datum& datum,
                                                  std::vector<std::string>& notes) {
   WATERSKY_TRY(const CsvTable table, CsvTable::parse(text, name));
   WATERSKY_CHECK(table.require({"time_s"}));
@@ -249,10 +268,26 @@ Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const st
   for (const char* column : kSigma) sigmas += table.column(column) ? 1 : 0;
   if (sigmas != 0 && sigmas != kSigma.size())
     return bad(name + ": has some sigma columns but not all six (sigma_north_m … sigma_yaw_deg)");
-  std::vector<std::string> unknown = table.unknown_columns(
-      {"time_s", "north_m", "east_m", "down_m", "qw", "qx", "qy", "qz", "lat_deg", "lon_deg", "height_ellipsoid_m",
-       "roll_deg", "pitch_deg", "yaw_deg", "sigma_north_m", "sigma_east_m", "sigma_down_m", "sigma_roll_deg",
-       "sigma_pitch_deg", "sigma_yaw_deg"});
+  std::vector<std::string> unknown = table.unknown_columns({"time_s",
+                                                            "north_m",
+                                                            "east_m",
+                                                            "down_m",
+                                                            "qw",
+                                                            "qx",
+                                                            "qy",
+                                                            "qz",
+                                                            "lat_deg",
+                                                            "lon_deg",
+                                                            "height_ellipsoid_m",
+                                                            "roll_deg",
+                                                            "pitch_deg",
+                                                            "yaw_deg",
+                                                            "sigma_north_m",
+                                                            "sigma_east_m",
+                                                            "sigma_down_m",
+                                                            "sigma_roll_deg",
+                                                            "sigma_pitch_deg",
+                                                            "sigma_yaw_deg"});
   note_unknown(table, std::move(unknown), notes);
 
   const std::size_t time_column = *table.column("time_s");
@@ -277,7 +312,8 @@ Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const st
   return poses;
 }
 
-Result<std::vector<StampedRotation>> parse_gimbal_csv(std::string_view text, const std::string& name) {
+Result<std::vector<StampedRotation>> parse_gimbal_csv(std::string_view text,
+                                                      const std::string& name) {
   WATERSKY_TRY(const CsvTable table, CsvTable::parse(text, name));
   WATERSKY_CHECK(table.require({"time_s", "roll_deg", "pitch_deg", "yaw_deg"}));
   const auto columns = columns_of(table, std::array{"roll_deg", "pitch_deg", "yaw_deg"});
@@ -286,7 +322,8 @@ Result<std::vector<StampedRotation>> parse_gimbal_csv(std::string_view text, con
     WATERSKY_TRY(const Time time, table.time(row, *table.column("time_s")));
     if (row > 0) WATERSKY_CHECK(times_must_rise(table, row, out.back().time, time));
     WATERSKY_TRY(const auto v, numbers(table, row, columns));
-    out.push_back({time, rotation_from({Angle::degrees(v[2]), Angle::degrees(v[1]), Angle::degrees(v[0])})});
+    out.push_back(
+        {time, rotation_from({Angle::degrees(v[2]), Angle::degrees(v[1]), Angle::degrees(v[0])})});
   }
   return out;
 }
@@ -294,14 +331,17 @@ Result<std::vector<StampedRotation>> parse_gimbal_csv(std::string_view text, con
 namespace {
 
 /// frames.csv and its images; `camera` may be scaled to fit them.
-Status read_frames(const fs::path& folder, CameraModel& camera, const std::string& calibration, Flight& flight,
-                   const Progress& progress) {
+Status read_frames(const fs::path& folder, CameraModel& camera, const std::string& calibration,
+                   Flight& flight, const Progress& progress) {
   WATERSKY_TRY(const std::string text, read_text(folder / "frames.csv"));
   WATERSKY_TRY(const CsvTable table, CsvTable::parse(text, "frames.csv"));
   WATERSKY_CHECK(table.require({"file"}));
-  const auto captured = table.column("captured_s"), received = table.column("received_s"), counter = table.column("counter");
-  if (!captured && !received) return bad("frames.csv: has neither captured_s nor received_s; add one");
-  note_unknown(table, table.unknown_columns({"file", "captured_s", "received_s", "counter"}), flight.notes);
+  const auto captured = table.column("captured_s"), received = table.column("received_s"),
+             counter = table.column("counter");
+  if (!captured && !received)
+    return bad("frames.csv: has neither captured_s nor received_s; add one");
+  note_unknown(table, table.unknown_columns({"file", "captured_s", "received_s", "counter"}),
+               flight.notes);
 
   const std::size_t file_column = *table.column("file");
   std::optional<std::pair<std::string, ImageSize>> first;
@@ -310,10 +350,12 @@ Status read_frames(const fs::path& folder, CameraModel& camera, const std::strin
     report(progress, "reading frames", row, table.rows());
     const std::string& name = table.cell(row, file_column);
     if (name.empty()) return bad(table.place(row) + ": names no file");
-    if (!seen.insert(name).second) return bad(table.place(row) + ": " + name + " is listed twice; remove one line");
+    if (!seen.insert(name).second)
+      return bad(table.place(row) + ": " + name + " is listed twice; remove one line");
     ImageFrame frame;
     frame.name = name;
-    const auto cell_time = [&](const std::optional<std::size_t>& column) -> Result<std::optional<Time>> {
+    const auto cell_time =
+        [&](const std::optional<std::size_t>& column) -> Result<std::optional<Time>> {
       if (!column || table.cell(row, *column).empty()) return std::optional<Time>{};
       WATERSKY_TRY(const Time t, table.time(row, *column));
       return std::optional(t);
@@ -322,7 +364,8 @@ Status read_frames(const fs::path& folder, CameraModel& camera, const std::strin
     WATERSKY_TRY(frame.received_at, cell_time(received));
     if (counter && !table.cell(row, *counter).empty()) {
       WATERSKY_TRY(const double n, table.number(row, *counter));
-      if (n < 0 || n > 9e15 || n != std::floor(n)) return bad(table.place(row) + ": counter is not a whole number");
+      if (n < 0 || n > 9e15 || n != std::floor(n))
+        return bad(table.place(row) + ": counter is not a whole number");
       frame.counter = static_cast<std::uint64_t>(n);
     }
 
@@ -336,13 +379,15 @@ Status read_frames(const fs::path& folder, CameraModel& camera, const std::strin
     }
     if (!first) {
       first = {name, *size};
-      WATERSKY_TRY(camera, detail::fitted_to(camera, size->width_px, size->height_px, calibration, name, flight.notes));
+      WATERSKY_TRY(camera, detail::fitted_to(camera, size->width_px, size->height_px, calibration,
+                                             name, flight.notes));
     } else if (*size != first->second) {
       const auto shown = [](const std::string& n, const ImageSize& s) {
         return n + " (" + std::to_string(s.width_px) + "x" + std::to_string(s.height_px) + ")";
       };
-      return bad(table.place(row) + ": two cameras are mixed, " + shown(first->first, first->second) + " and " +
-                 shown(name, *size) + "; give each camera a flight folder of its own");
+      return bad(table.place(row) + ": two cameras are mixed, " +
+                 shown(first->first, first->second) + " and " + shown(name, *size) +
+                 "; give each camera a flight folder of its own");
     }
     frame.load = image_loader(path, *size);
     flight.frames.push_back(std::move(frame));
@@ -353,10 +398,13 @@ Status read_frames(const fs::path& folder, CameraModel& camera, const std::strin
 
 Result<SeaLevel> sea_of(const FlightDescription& d, const Datum& datum) {
   const double at_datum_m = datum.origin().height_ellipsoid_m + *d.sea_above_datum_m;
-  const std::string where = "flight.yaml, " + format_number(*d.sea_above_datum_m) + " m above the datum";
+  const std::string where =
+      "flight.yaml, " + format_number(*d.sea_above_datum_m) + " m above the datum";
   if (!d.sea_follows_geoid)
-    return SeaLevel{[at_datum_m](const Geodetic&) -> Result<double> { return at_datum_m; }, where, d.sea_above_datum_sigma_m};
-  WATERSKY_TRY(const double geoid_m, egm96_above_ellipsoid_m(datum.origin().latitude, datum.origin().longitude));
+    return SeaLevel{[at_datum_m](const Geodetic&) -> Result<double> { return at_datum_m; }, where,
+                    d.sea_above_datum_sigma_m};
+  WATERSKY_TRY(const double geoid_m,
+               egm96_above_ellipsoid_m(datum.origin().latitude, datum.origin().longitude));
   const double above_geoid_m = at_datum_m - geoid_m;
   return SeaLevel{[above_geoid_m](const Geodetic& p) -> Result<double> {
                     WATERSKY_TRY(const double n, egm96_above_ellipsoid_m(p.latitude, p.longitude));
@@ -367,7 +415,8 @@ Result<SeaLevel> sea_of(const FlightDescription& d, const Datum& datum) {
 
 }  // namespace
 
-Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& options, const Progress& progress) {
+Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& options,
+                                  const Progress& progress) {
   const auto in_folder = [&](const Error& e) { return e.at(folder.string()); };
   WATERSKY_TRY(const std::string yaml, read_text(folder / "flight.yaml"));
   const auto description = parse_flight_yaml(yaml, "flight.yaml");
@@ -376,12 +425,15 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
   if (options.camera_file && options.focal_px)
     return Error{ErrorCode::Usage, "--camera and --focal-px exclude each other; give one"};
   if (options.log)
-    return Error{ErrorCode::Usage, folder.string() + ": is a flight folder and has its poses; --log does not go with it"};
+    return Error{
+        ErrorCode::Usage,
+        folder.string() + ": is a flight folder and has its poses; --log does not go with it"};
 
   const fs::path calibration = options.camera_file.value_or(folder / d.camera);
   WATERSKY_TRY(CameraModel camera, read_calibration(calibration));
   if (options.focal_px) {
-    WATERSKY_TRY(Intrinsics given, intrinsics_from_focal_px(*options.focal_px, camera.width_px(), camera.height_px()));
+    WATERSKY_TRY(Intrinsics given, intrinsics_from_focal_px(*options.focal_px, camera.width_px(),
+                                                            camera.height_px()));
     camera = given.camera;
   }
 
@@ -391,20 +443,27 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
   if (!origin) {
     const auto place = first_place_of_poses_csv(poses_text, "poses.csv");
     if (!place) return in_folder(place.error());
-    if (!*place) return in_folder(Error{ErrorCode::NotFound, "flight.yaml names no datum, and poses.csv is relative to one; add it"});
+    if (!*place)
+      return in_folder(
+          Error{ErrorCode::NotFound,
+                "flight.yaml names no datum, and poses.csv is relative to one; add it"});
     origin = *place;
     notes.emplace_back("flight.yaml names no datum: the first pose is taken for it");
   }
 
-  Flight flight(fs::absolute(folder).lexically_normal().filename().string(), Datum(*origin, d.datum_x_azimuth), camera);
-  if (flight.name.empty()) flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
+  Flight flight(fs::absolute(folder).lexically_normal().filename().string(),
+                Datum(*origin, d.datum_x_azimuth), camera);
+  if (flight.name.empty())
+    flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
   flight.notes = std::move(notes);
-  for (const std::string& key : d.unknown_keys) flight.notes.push_back("flight.yaml: " + key + " means nothing to us and was ignored");
+  for (const std::string& key : d.unknown_keys)
+    flight.notes.push_back("flight.yaml: " + key + " means nothing to us and was ignored");
   const std::string shown = options.camera_file ? calibration.string() : d.camera;
-  flight.calibration = options.focal_px ? CalibrationSource{"--focal-px " + format_number(*options.focal_px), 0.0}
-                       : options.camera_file || d.camera_source.empty()
-                           ? CalibrationSource{shown, options.camera_file ? 0.0 : d.camera_focal_sigma_px}
-                           : CalibrationSource{d.camera_source, d.camera_focal_sigma_px};
+  flight.calibration =
+      options.focal_px ? CalibrationSource{"--focal-px " + format_number(*options.focal_px), 0.0}
+      : options.camera_file || d.camera_source.empty()
+          ? CalibrationSource{shown, options.camera_file ? 0.0 : d.camera_focal_sigma_px}
+          : CalibrationSource{d.camera_source, d.camera_focal_sigma_px};
 
   auto poses = parse_poses_csv(poses_text, "poses.csv", flight.datum, flight.notes);
   if (!poses) return in_folder(poses.error());
@@ -413,18 +472,22 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
   std::error_code ignored;
   if (fs::exists(folder / "gimbal.csv", ignored)) {
     if (!d.gimbal_frame)
-      return in_folder(Error{ErrorCode::NotFound, "gimbal.csv is there, but flight.yaml does not say gimbal_frame: body or north; add it"});
+      return in_folder(Error{
+          ErrorCode::NotFound,
+          "gimbal.csv is there, but flight.yaml does not say gimbal_frame: body or north; add it"});
     WATERSKY_TRY(const std::string text, read_text(folder / "gimbal.csv"));
     auto rotations = parse_gimbal_csv(text, "gimbal.csv");
     if (!rotations) return in_folder(rotations.error());
     WATERSKY_TRY(flight.gimbal, RotationTrack::make(std::move(*rotations)));
     flight.gimbal_reference = d.gimbal_frame;
   } else if (d.gimbal_frame) {
-    return in_folder(Error{ErrorCode::NotFound, "flight.yaml names a gimbal_frame, but there is no gimbal.csv"});
+    return in_folder(
+        Error{ErrorCode::NotFound, "flight.yaml names a gimbal_frame, but there is no gimbal.csv"});
   }
 
   const std::optional<YawPitchRoll> mount = options.mount ? options.mount : d.mount;
-  const YawPitchRoll otherwise = flight.gimbal_reference ? YawPitchRoll{} : YawPitchRoll{{}, Angle::degrees(-90), {}};
+  const YawPitchRoll otherwise =
+      flight.gimbal_reference ? YawPitchRoll{} : YawPitchRoll{{}, Angle::degrees(-90), {}};
   flight.mount.rotation = camera_rotation(mount.value_or(otherwise));
   flight.mount.lever_arm_m = d.mount_lever_arm_m;
   flight.mount.sigma_rad = options.mount ? 0.0 : d.mount_sigma_rad;

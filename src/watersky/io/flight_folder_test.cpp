@@ -6,9 +6,9 @@
 
 #include <random>
 
+#include "support/make_photo.hpp"
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/read_flight.hpp"
-#include "support/make_photo.hpp"
 
 namespace watersky {
 namespace {
@@ -22,44 +22,60 @@ using watersky::test::write;
 
 struct Dice {
   std::mt19937_64 rng;
-  double operator()(double low, double high) { return std::uniform_real_distribution(low, high)(rng); }
+  double operator()(double low, double high) {
+    return std::uniform_real_distribution(low, high)(rng);
+  }
   int whole(int low, int high) { return std::uniform_int_distribution(low, high)(rng); }
   Eigen::Quaterniond rotation() {
-    return rotation_from({Angle::degrees((*this)(-180, 180)), Angle::degrees((*this)(-85, 85)), Angle::degrees((*this)(-180, 180))});
+    return rotation_from({Angle::degrees((*this)(-180, 180)), Angle::degrees((*this)(-85, 85)),
+                          Angle::degrees((*this)(-180, 180))});
   }
 };
 
 CameraModel random_camera(Dice& dice, int w, int h) {
   Eigen::Matrix3d a;
   a << dice(50, 60), 0, dice(30, 33), 0, dice(50, 60), dice(20, 27), 0, 0, 1;
-  return CameraModel::make(LensModel::Pinhole, w, h, a, {dice(-0.1, 0.1), dice(-0.01, 0.01), 1e-4, -2e-4, 0.001}).value();
+  return CameraModel::make(LensModel::Pinhole, w, h, a,
+                           {dice(-0.1, 0.1), dice(-0.01, 0.01), 1e-4, -2e-4, 0.001})
+      .value();
 }
 
 /// A flight of every kind: own poses or a trajectory, gimbal or none, 8 or 16 bit.
 Flight random_flight(int seed) {
   Dice dice{std::mt19937_64(static_cast<unsigned>(seed))};
-  const Datum datum({Angle::degrees(dice(-80, 80)), Angle::degrees(dice(-180, 180)), dice(-50, 200)},
-                    Angle::degrees(seed % 3 == 0 ? dice(-180, 180) : 0.0));
+  const Datum datum(
+      {Angle::degrees(dice(-80, 80)), Angle::degrees(dice(-180, 180)), dice(-50, 200)},
+      Angle::degrees(seed % 3 == 0 ? dice(-180, 180) : 0.0));
   Flight f("flight", datum, random_camera(dice, 64, 48));
   f.calibration = {"EXIF \"focal\" and the table: 55 px", 1.25};
-  f.mount = {camera_rotation({Angle::degrees(dice(-180, 180)), Angle::degrees(dice(-90, 90)), Angle::degrees(dice(-180, 180))}),
-             {dice(-1, 1), dice(-1, 1), dice(-1, 1)}, 0.01, false};
+  f.mount = {camera_rotation({Angle::degrees(dice(-180, 180)), Angle::degrees(dice(-90, 90)),
+                              Angle::degrees(dice(-180, 180))}),
+             {dice(-1, 1), dice(-1, 1), dice(-1, 1)},
+             0.01,
+             false};
   const bool own = seed % 2 == 0, gimbal = seed % 4 < 2, sigma = seed % 3 == 1;
   Time t(Duration(1'533'430'844'000'000'000 + dice.whole(0, 999'999'999)));
   std::vector<StampedPose> poses;
   std::vector<StampedRotation> rotations;
   for (int i = 0; i < 12; ++i) {
-    StampedPose p{t, {dice.rotation(), Point<World>{{dice(-5e4, 5e4), dice(-5e4, 5e4), dice(-500, -10)}}}, std::nullopt};
-    if (sigma) p.sigma = PoseSigma{{dice(0, 1), dice(0, 1), dice(0, 1)}, {dice(0, 0.1), dice(0, 0.1), dice(0, 0.1)}};
+    StampedPose p{
+        t,
+        {dice.rotation(), Point<World>{{dice(-5e4, 5e4), dice(-5e4, 5e4), dice(-500, -10)}}},
+        std::nullopt};
+    if (sigma)
+      p.sigma = PoseSigma{{dice(0, 1), dice(0, 1), dice(0, 1)},
+                          {dice(0, 0.1), dice(0, 0.1), dice(0, 0.1)}};
     poses.push_back(p);
     rotations.push_back({t, dice.rotation()});
     t += Duration(dice.whole(1, 1'000'000'000));
   }
-  if (gimbal) f.gimbal_reference = seed % 8 < 4 ? GimbalReference::Body : GimbalReference::NorthEastDown;
+  if (gimbal)
+    f.gimbal_reference = seed % 8 < 4 ? GimbalReference::Body : GimbalReference::NorthEastDown;
   for (int i = 0; i < 5; ++i) {
     ImageFrame frame;
     frame.name = "frame_" + std::to_string(i) + ".png";
-    frame.captured_at = poses[static_cast<std::size_t>(2 * i)].time + (own ? Duration{0} : Duration(1234567));
+    frame.captured_at =
+        poses[static_cast<std::size_t>(2 * i)].time + (own ? Duration{0} : Duration(1234567));
     if (seed % 5 == 0) {
       frame.received_at = *frame.captured_at + std::chrono::milliseconds(50);
       frame.counter = static_cast<std::uint64_t>(1000 + i);
@@ -78,12 +94,13 @@ Flight random_flight(int seed) {
   }
   const bool geoid = seed % 3 == 2;
   const double above = dice(-30, 30);
-  f.sea_level = SeaLevel{[geoid, above](const Geodetic& p) -> Result<double> {
-                           if (!geoid) return above;
-                           WATERSKY_TRY(const double n, egm96_above_ellipsoid_m(p.latitude, p.longitude));
-                           return n + above;
-                         },
-                         "given", seed % 2 ? 0.5 : 0.0};
+  f.sea_level =
+      SeaLevel{[geoid, above](const Geodetic& p) -> Result<double> {
+                 if (!geoid) return above;
+                 WATERSKY_TRY(const double n, egm96_above_ellipsoid_m(p.latitude, p.longitude));
+                 return n + above;
+               },
+               "given", seed % 2 ? 0.5 : 0.0};
   f.readout_s = seed % 2 ? 0.03 : 0.0;
   return f;
 }
@@ -115,16 +132,23 @@ TEST(FlightFolder, WhatIsWrittenIsReadBack) {
       EXPECT_EQ(b.captured_at, a.captured_at);
       EXPECT_EQ(b.received_at, a.received_at);
       EXPECT_EQ(b.counter, a.counter);
-      EXPECT_EQ(cv::norm(a.load({}).value(), b.load({}).value(), cv::NORM_INF), 0) << "pixels changed";
+      EXPECT_EQ(cv::norm(a.load({}).value(), b.load({}).value(), cv::NORM_INF), 0)
+          << "pixels changed";
       const auto pa = before.camera_pose(a, std::chrono::seconds(2)).value();
       const auto pb = after->camera_pose(b, std::chrono::seconds(2)).value();
       EXPECT_EQ(pb.time, pa.time);
-      EXPECT_LT((pb.world_from_camera.origin().v - pa.world_from_camera.origin().v).norm(), 1e-6) << seed;
-      EXPECT_LT((pb.sea_from_camera.origin().v - pa.sea_from_camera.origin().v).norm(), 1e-6) << seed;
-      EXPECT_LT(angle_between(pb.world_from_camera.rotation(), pa.world_from_camera.rotation()).radians(), 1e-7);
+      EXPECT_LT((pb.world_from_camera.origin().v - pa.world_from_camera.origin().v).norm(), 1e-6)
+          << seed;
+      EXPECT_LT((pb.sea_from_camera.origin().v - pa.sea_from_camera.origin().v).norm(), 1e-6)
+          << seed;
+      EXPECT_LT(
+          angle_between(pb.world_from_camera.rotation(), pa.world_from_camera.rotation()).radians(),
+          1e-7);
       EXPECT_EQ(pb.sigma.has_value(), pa.sigma.has_value());
       if (pa.sigma) {
-        EXPECT_LT((pb.sigma->position_north_east_down_m - pa.sigma->position_north_east_down_m).norm(), 1e-12);
+        EXPECT_LT(
+            (pb.sigma->position_north_east_down_m - pa.sigma->position_north_east_down_m).norm(),
+            1e-12);
         EXPECT_LT((pb.sigma->roll_pitch_yaw_rad - pa.sigma->roll_pitch_yaw_rad).norm(), 1e-12);
       }
     }
@@ -139,7 +163,9 @@ TEST(FlightFolder, FramesTakenInTheSameSecondKeepTheirOwnPoses) {
   const Flight after = read_flight(folder.path() / "x").value();
   for (std::size_t i = 0; i < f.frames.size(); ++i) {
     const auto pose = after.trajectory.at(*after.frames[i].captured_at, Duration{0}).value();
-    EXPECT_LT((pose.world_from_body.origin().v - f.frames[i].own_pose->world_from_body.origin().v).norm(), 1e-9);
+    EXPECT_LT(
+        (pose.world_from_body.origin().v - f.frames[i].own_pose->world_from_body.origin().v).norm(),
+        1e-9);
   }
 }
 
@@ -149,18 +175,24 @@ TEST(FlightFolder, IsWrittenWholeOrNotAtAllAndNeverOver) {
   ASSERT_TRUE(write_flight_folder(f, folder.path() / "x"));
   EXPECT_EQ(write_flight_folder(f, folder.path() / "x").error().code, ErrorCode::Exists);
   // A sea that is neither of the kinds a file can hold.
-  f.sea_level->height_ellipsoid_m = [](const Geodetic& p) -> Result<double> { return 100 * std::sin(50 * p.latitude.radians()); };
+  f.sea_level->height_ellipsoid_m = [](const Geodetic& p) -> Result<double> {
+    return 100 * std::sin(50 * p.latitude.radians());
+  };
   EXPECT_EQ(write_flight_folder(f, folder.path() / "y").error().code, ErrorCode::Unsupported);
   std::size_t entries = 0;
-  for ([[maybe_unused]] const auto& e : std::filesystem::directory_iterator(folder.path())) ++entries;
+  for ([[maybe_unused]] const auto& e : std::filesystem::directory_iterator(folder.path()))
+    ++entries;
   EXPECT_EQ(entries, 1u);
 }
 
 TEST(FlightFolder, AFrameWhoseImageCannotBeReadIsLeftOutWithTheReason) {
   Flight f = random_flight(1);
-  f.frames[2].load = [](const ImageRequest&) -> Result<cv::Mat> { return Error{ErrorCode::InvalidInput, "cut short"}; };
+  f.frames[2].load = [](const ImageRequest&) -> Result<cv::Mat> {
+    return Error{ErrorCode::InvalidInput, "cut short"};
+  };
   const TemporaryFolder folder;
-  const auto left_out = write_flight_folder(f, folder.path() / "x", {.images = StoredImages::Jpeg}).value();
+  const auto left_out =
+      write_flight_folder(f, folder.path() / "x", {.images = StoredImages::Jpeg}).value();
   ASSERT_THAT(left_out, SizeIs(1));
   EXPECT_EQ(left_out[0].reason, "cut short");
   EXPECT_EQ(read_flight(folder.path() / "x")->frames.size(), 4u);
@@ -171,19 +203,26 @@ struct HandMade {
   TemporaryFolder folder;
   const std::string yaml =
       "camera: camera.yaml\n"
-      "mount: {roll_deg: 0, pitch_deg: -90, yaw_deg: 0, x_m: 0, y_m: 0, z_m: 0}   # camera in body\n"
+      "mount: {roll_deg: 0, pitch_deg: -90, yaw_deg: 0, x_m: 0, y_m: 0, z_m: 0}   # camera in "
+      "body\n"
       "datum: {lat_deg: 78.9, lon_deg: 11.9, height_ellipsoid_m: 30.0, x_azimuth_deg: 0}\n"
       "sea_above_datum_m: -30.0\nreadout_s: 0.0\ndelay_s: 0.25\n";
   HandMade() {
-    write(folder.path() / "camera.yaml", std::string("image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: [60., 0., 31.5, 0., 60., 23.5, 0., 0., 1.]}\n"));
-    poses("time_s,lat_deg,lon_deg,height_ellipsoid_m,roll_deg,pitch_deg,yaw_deg\n10,78.9,11.9,130,0,0,90\n11,78.9,11.9,130,0,0,90\n");
+    write(folder.path() / "camera.yaml",
+          std::string("image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: "
+                      "[60., 0., 31.5, 0., 60., 23.5, 0., 0., 1.]}\n"));
+    poses(
+        "time_s,lat_deg,lon_deg,height_ellipsoid_m,roll_deg,pitch_deg,yaw_deg\n10,78.9,11.9,130,0,"
+        "0,90\n11,78.9,11.9,130,0,0,90\n");
     frames("file,captured_s,received_s\na.jpg,,10.75\n");
     write(folder.path() / "images/a.jpg", watersky::test::make_photo({}));
     write(folder.path() / "flight.yaml", yaml);
   }
   void poses(const std::string& text) const { write(folder.path() / "poses.csv", text); }
   void frames(const std::string& text) const { write(folder.path() / "frames.csv", text); }
-  [[nodiscard]] Result<Flight> read(const ReadOptions& options = {}) const { return read_flight(folder.path(), options); }
+  [[nodiscard]] Result<Flight> read(const ReadOptions& options = {}) const {
+    return read_flight(folder.path(), options);
+  }
   [[nodiscard]] std::string error() const {
     const auto flight = read();
     return flight ? "no error" : flight.error().message;
@@ -196,7 +235,8 @@ TEST(FlightFolder, ReadsWhatTheDesignShows) {
   ASSERT_TRUE(flight) << flight.error().message;
   const auto pose = flight->camera_pose(flight->frames[0], std::chrono::seconds(2)).value();
   EXPECT_EQ(pose.time, Time(std::chrono::milliseconds(10500)));  // arrived 0.25 s late
-  EXPECT_NEAR(-pose.sea_from_camera.origin().v.z(), 130, 1e-9);  // the sea is 0 m above the ellipsoid
+  EXPECT_NEAR(-pose.sea_from_camera.origin().v.z(), 130,
+              1e-9);  // the sea is 0 m above the ellipsoid
   const Eigen::Vector3d top = (pose.sea_from_camera * Vector<Camera>{{0, -1, 0}}).v;
   EXPECT_NEAR(top.y(), 1, 1e-9);  // yaw 90: image top east
   EXPECT_FALSE(flight->mount.assumed);
@@ -206,7 +246,8 @@ TEST(FlightFolder, BadPosesNameTheirLineAndTheRemedy) {
   const HandMade made;
   const std::string head = "time_s,north_m,east_m,down_m,qw,qx,qy,qz\n";
   made.poses(head + "1,0,0,-9,1,0,0,0\n2,0,0,-9,1,0,0,0\n2,0,0,-9,1,0,0,0\n");
-  EXPECT_THAT(made.error(), AllOf(HasSubstr("poses.csv:4: has the same time as poses.csv:3"), HasSubstr("remove")));
+  EXPECT_THAT(made.error(), AllOf(HasSubstr("poses.csv:4: has the same time as poses.csv:3"),
+                                  HasSubstr("remove")));
   made.poses(head + "1,0,0,-9,1,0,0,0\n0.5,0,0,-9,1,0,0,0\n");
   EXPECT_THAT(made.error(), AllOf(HasSubstr("poses.csv:3: is earlier"), HasSubstr("sort")));
   made.poses(head + "nan,0,0,-9,1,0,0,0\n");
@@ -217,7 +258,8 @@ TEST(FlightFolder, BadPosesNameTheirLineAndTheRemedy) {
   EXPECT_THAT(made.error(), HasSubstr("no rotation"));
   made.poses("time_s,north_m\n1,2\n");
   EXPECT_THAT(made.error(), HasSubstr("no column east_m"));
-  made.poses("time_s,lat_deg,lon_deg,height_ellipsoid_m,roll_deg,pitch_deg,yaw_deg\n1,91,0,0,0,0,0\n");
+  made.poses(
+      "time_s,lat_deg,lon_deg,height_ellipsoid_m,roll_deg,pitch_deg,yaw_deg\n1,91,0,0,0,0,0\n");
   EXPECT_THAT(made.error(), HasSubstr("poses.csv:2: is no place"));
   made.poses(head.substr(0, head.size() - 1) + ",sigma_north_m\n1,0,0,-9,1,0,0,0,1\n");
   EXPECT_THAT(made.error(), HasSubstr("not all six"));
@@ -246,7 +288,8 @@ TEST(FlightFolder, ImagesThatContradictTheCalibrationOrEachOtherAreRefused) {
   other.width_px = 50;
   write(made.folder.path() / "images/b.jpg", watersky::test::make_photo(other));
   made.frames("file,captured_s\na.jpg,10.5\nb.jpg,10.6\n");
-  EXPECT_THAT(made.error(), AllOf(HasSubstr("two cameras are mixed"), HasSubstr("a.jpg"), HasSubstr("b.jpg")));
+  EXPECT_THAT(made.error(),
+              AllOf(HasSubstr("two cameras are mixed"), HasSubstr("a.jpg"), HasSubstr("b.jpg")));
   made.frames("file,captured_s\nb.jpg,10.6\n");
   EXPECT_THAT(made.error(), AllOf(HasSubstr("64x48"), HasSubstr("50x48")));
 }
@@ -257,7 +300,8 @@ TEST(FlightFolder, BadYamlNamesItsKey) {
     write(made.folder.path() / "flight.yaml", text);
     return made.error();
   };
-  EXPECT_THAT(with("datum: {lat_deg: x, lon_deg: 0, height_ellipsoid_m: 0}\n"), HasSubstr("lat_deg must be a number"));
+  EXPECT_THAT(with("datum: {lat_deg: x, lon_deg: 0, height_ellipsoid_m: 0}\n"),
+              HasSubstr("lat_deg must be a number"));
   EXPECT_THAT(with("datum: {lat_deg: 1, lon_deg: 0}\n"), HasSubstr("lacks height_ellipsoid_m"));
   EXPECT_THAT(with("mount: 3\n"), HasSubstr("mount must hold"));
   EXPECT_THAT(with("a: [1\n"), HasSubstr("no valid YAML"));
@@ -282,7 +326,8 @@ TEST(FlightFolder, WhatIsMissingIsNotGuessed) {
   ReadOptions options;
   options.sea_level = SeaLevelOption{SeaReference::TakeOff, 0};
   EXPECT_THAT(made.read(options).error().message, HasSubstr("take-off"));
-  write(made.folder.path() / "gimbal.csv", std::string("time_s,roll_deg,pitch_deg,yaw_deg\n1,0,0,0\n"));
+  write(made.folder.path() / "gimbal.csv",
+        std::string("time_s,roll_deg,pitch_deg,yaw_deg\n1,0,0,0\n"));
   EXPECT_THAT(made.error(), HasSubstr("gimbal_frame"));
 }
 
@@ -300,7 +345,8 @@ TEST(FlightFolder, BrightonBeachSurvivesBecomingOne) {
     const auto a = before.camera_pose(before.frames[i], Duration{0}).value();
     const auto b = after.camera_pose(after.frames[i], Duration{0}).value();
     EXPECT_LT((a.sea_from_camera.origin().v - b.sea_from_camera.origin().v).norm(), 1e-6);
-    EXPECT_LT(angle_between(a.sea_from_camera.rotation(), b.sea_from_camera.rotation()).radians(), 1e-7);
+    EXPECT_LT(angle_between(a.sea_from_camera.rotation(), b.sea_from_camera.rotation()).radians(),
+              1e-7);
   }
 }
 

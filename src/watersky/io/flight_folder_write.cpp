@@ -69,7 +69,8 @@ Result<SeaLines> describe_sea(const Flight& flight) {
     off_ellipsoid_m = std::max(off_ellipsoid_m, std::abs(h - at_datum_m));
   }
   if (off_ellipsoid_m < kSame_m) return out;
-  WATERSKY_TRY(const double geoid_at_datum_m, egm96_above_ellipsoid_m(origin.latitude, origin.longitude));
+  WATERSKY_TRY(const double geoid_at_datum_m,
+               egm96_above_ellipsoid_m(origin.latitude, origin.longitude));
   for (const Geodetic& p : places) {
     WATERSKY_TRY(const double h, flight.sea_level->height_ellipsoid_m(p));
     WATERSKY_TRY(const double n, egm96_above_ellipsoid_m(p.latitude, p.longitude));
@@ -77,51 +78,63 @@ Result<SeaLines> describe_sea(const Flight& flight) {
   }
   if (off_geoid_m > kSame_m)
     return Error{ErrorCode::Unsupported,
-                 "the sea level follows neither the ellipsoid nor the geoid; a flight folder cannot hold it"};
+                 "the sea level follows neither the ellipsoid nor the geoid; a flight folder "
+                 "cannot hold it"};
   out.follows_geoid = true;
   return out;
 }
 
 Result<std::string> flight_yaml(const Flight& f) {
   const Geodetic& o = f.datum.origin();
-  const YawPitchRoll mount = yaw_pitch_roll(f.mount.rotation * forward_right_down_from_camera().conjugate());
+  const YawPitchRoll mount =
+      yaw_pitch_roll(f.mount.rotation * forward_right_down_from_camera().conjugate());
   const Eigen::Vector3d& arm = f.mount.lever_arm_m;
   std::string y = "camera: camera.yaml\n";
-  if (!f.calibration.description.empty()) y += "camera_source: " + quoted(f.calibration.description) + "\n";
-  if (f.calibration.focal_sigma_px > 0) y += "camera_focal_sigma_px: " + format_number(f.calibration.focal_sigma_px) + "\n";
+  if (!f.calibration.description.empty())
+    y += "camera_source: " + quoted(f.calibration.description) + "\n";
+  if (f.calibration.focal_sigma_px > 0)
+    y += "camera_focal_sigma_px: " + format_number(f.calibration.focal_sigma_px) + "\n";
   // An assumed mount is not written down as if somebody had measured it.
   if (!f.mount.assumed) {
-    y += "mount: {roll_deg: " + format_number(mount.roll.degrees()) + ", pitch_deg: " + format_number(mount.pitch.degrees()) +
+    y += "mount: {roll_deg: " + format_number(mount.roll.degrees()) +
+         ", pitch_deg: " + format_number(mount.pitch.degrees()) +
          ", yaw_deg: " + format_number(mount.yaw.degrees()) + ", x_m: " + format_number(arm.x()) +
          ", y_m: " + format_number(arm.y()) + ", z_m: " + format_number(arm.z());
-    if (f.mount.sigma_rad > 0) y += ", sigma_deg: " + format_number(Angle::radians(f.mount.sigma_rad).degrees());
+    if (f.mount.sigma_rad > 0)
+      y += ", sigma_deg: " + format_number(Angle::radians(f.mount.sigma_rad).degrees());
     y += "}\n";
   }
-  y += "datum: {lat_deg: " + format_number(o.latitude.degrees()) + ", lon_deg: " + format_number(o.longitude.degrees()) +
+  y += "datum: {lat_deg: " + format_number(o.latitude.degrees()) +
+       ", lon_deg: " + format_number(o.longitude.degrees()) +
        ", height_ellipsoid_m: " + format_number(o.height_ellipsoid_m) +
        ", x_azimuth_deg: " + format_number(f.datum.x_azimuth().degrees()) + "}\n";
   if (f.sea_level) {
     WATERSKY_TRY(const SeaLines sea, describe_sea(f));
     y += "sea_above_datum_m: " + format_number(sea.above_datum_m) + "\n";
-    if (f.sea_level->sigma_m > 0) y += "sea_above_datum_sigma_m: " + format_number(f.sea_level->sigma_m) + "\n";
+    if (f.sea_level->sigma_m > 0)
+      y += "sea_above_datum_sigma_m: " + format_number(f.sea_level->sigma_m) + "\n";
     if (sea.follows_geoid) y += "sea_follows: geoid\n";
   }
   if (f.readout_s > 0) y += "readout_s: " + format_number(f.readout_s) + "\n";
   if (f.delay_s) y += "delay_s: " + format_number(*f.delay_s) + "\n";
   if (f.gimbal_reference)
-    y += std::string("gimbal_frame: ") + (*f.gimbal_reference == GimbalReference::Body ? "body" : "north") + "\n";
+    y += std::string("gimbal_frame: ") +
+         (*f.gimbal_reference == GimbalReference::Body ? "body" : "north") + "\n";
   return y;
 }
 
 std::string poses_csv(const std::map<Time, StampedPose>& poses) {
-  const bool sigma = std::any_of(poses.begin(), poses.end(), [](const auto& p) { return p.second.sigma.has_value(); });
+  const bool sigma = std::any_of(poses.begin(), poses.end(),
+                                 [](const auto& p) { return p.second.sigma.has_value(); });
   std::string out = "time_s,north_m,east_m,down_m,qw,qx,qy,qz";
-  if (sigma) out += ",sigma_north_m,sigma_east_m,sigma_down_m,sigma_roll_deg,sigma_pitch_deg,sigma_yaw_deg";
+  if (sigma)
+    out += ",sigma_north_m,sigma_east_m,sigma_down_m,sigma_roll_deg,sigma_pitch_deg,sigma_yaw_deg";
   out += "\n";
   for (const auto& [time, pose] : poses) {
     const Eigen::Vector3d& p = pose.world_from_body.origin().v;
     const Eigen::Quaterniond& q = pose.world_from_body.rotation();
-    out += format_time_seconds(time) + "," + joined({p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()});
+    out +=
+        format_time_seconds(time) + "," + joined({p.x(), p.y(), p.z(), q.w(), q.x(), q.y(), q.z()});
     if (sigma) {
       const PoseSigma s = pose.sigma.value_or(PoseSigma{});
       const Eigen::Vector3d a = s.roll_pitch_yaw_rad / Angle::degrees(1).radians();
@@ -137,7 +150,8 @@ std::string poses_csv(const std::map<Time, StampedPose>& poses) {
 std::string plain_stem(const std::string& frame_name) {
   const std::string file = fs::path(frame_name).filename().string();
   const std::string extension = lower_extension(file);
-  std::string stem = extension == ".jpg" || extension == ".jpeg" || extension == ".png" || extension == ".tif" || extension == ".tiff"
+  std::string stem = extension == ".jpg" || extension == ".jpeg" || extension == ".png" ||
+                             extension == ".tif" || extension == ".tiff"
                          ? fs::path(file).stem().string()
                          : file;
   for (char& c : stem)
@@ -145,13 +159,15 @@ std::string plain_stem(const std::string& frame_name) {
   return stem.empty() ? "frame" : stem;
 }
 
-Result<std::vector<std::uint8_t>> encoded(const cv::Mat& image, bool jpeg, const WriteFlightOptions& options,
+Result<std::vector<std::uint8_t>> encoded(const cv::Mat& image, bool jpeg,
+                                          const WriteFlightOptions& options,
                                           const std::string& name) {
   std::vector<std::uint8_t> bytes;
   try {
     // Compression 1: a third larger and six times faster than the default.
-    const bool done = jpeg ? cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality})
-                           : cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
+    const bool done =
+        jpeg ? cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality})
+             : cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
     if (done) return bytes;
   } catch (const cv::Exception&) {  // told below
   }
@@ -164,14 +180,17 @@ class FolderWriter {
       : flight_(flight), folder_(std::move(folder)), options_(options) {
     for (const StampedPose& p : flight.trajectory.poses()) poses_.emplace(p.time, p);
     for (const StampedRotation& r : flight.gimbal.rotations()) gimbal_.emplace(r.time, r.rotation);
-    counters_ = std::any_of(flight.frames.begin(), flight.frames.end(), [](const ImageFrame& f) { return f.counter.has_value(); });
-    frames_csv_ = counters_ ? "file,captured_s,received_s,counter\n" : "file,captured_s,received_s\n";
+    counters_ = std::any_of(flight.frames.begin(), flight.frames.end(),
+                            [](const ImageFrame& f) { return f.counter.has_value(); });
+    frames_csv_ =
+        counters_ ? "file,captured_s,received_s,counter\n" : "file,captured_s,received_s\n";
   }
 
   Result<std::vector<LeftOut>> write(const Progress& progress) {
     std::error_code ec;
     fs::create_directories(folder_ / "images", ec);
-    if (ec) return Error{ErrorCode::Io, folder_.string() + ": cannot be made (" + ec.message() + ")"};
+    if (ec)
+      return Error{ErrorCode::Io, folder_.string() + ": cannot be made (" + ec.message() + ")"};
     for (std::size_t i = 0; i < flight_.frames.size(); ++i) {
       report(progress, "writing images", i, flight_.frames.size());
       WATERSKY_CHECK(write_frame(flight_.frames[i]));
@@ -184,7 +203,8 @@ class FolderWriter {
     WATERSKY_CHECK(write_file(folder_ / "poses.csv", poses_csv(poses_)));
     if (flight_.gimbal_reference) {
       std::string csv = "time_s,roll_deg,pitch_deg,yaw_deg\n";
-      for (const auto& [time, q] : gimbal_) csv += format_time_seconds(time) + "," + degrees_text(q) + "\n";
+      for (const auto& [time, q] : gimbal_)
+        csv += format_time_seconds(time) + "," + degrees_text(q) + "\n";
       WATERSKY_CHECK(write_file(folder_ / "gimbal.csv", csv));
     }
     return left_out_;
@@ -197,7 +217,8 @@ class FolderWriter {
       left_out_.push_back({frame.name, "its time is not known, and poses.csv goes by time"});
       return {};
     }
-    auto image = frame.load ? frame.load({}) : Result<cv::Mat>(Error{ErrorCode::NotFound, "it has no image"});
+    auto image = frame.load ? frame.load({})
+                            : Result<cv::Mat>(Error{ErrorCode::NotFound, "it has no image"});
     if (!image) {
       left_out_.push_back({frame.name, image.error().message});
       return {};
@@ -205,9 +226,11 @@ class FolderWriter {
     const bool jpeg = options_.images == StoredImages::Jpeg && image->depth() == CV_8U;
     const std::string stem = plain_stem(frame.name), extension = jpeg ? ".jpg" : ".png";
     std::string file = stem + extension;
-    for (int k = 2; !files_.insert(file).second; ++k) file = stem + "_" + std::to_string(k) + extension;
+    for (int k = 2; !files_.insert(file).second; ++k)
+      file = stem + "_" + std::to_string(k) + extension;
     WATERSKY_TRY(const auto bytes, encoded(*image, jpeg, options_, frame.name));
-    WATERSKY_CHECK(write_file(folder_ / "images" / file, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+    WATERSKY_CHECK(write_file(folder_ / "images" / file,
+                              {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
 
     std::optional<Time> captured = frame.captured_at;
     if (own) {
@@ -216,9 +239,12 @@ class FolderWriter {
     }
     if (frame.own_pose) poses_.insert_or_assign(*captured, *frame.own_pose);
     if (frame.own_gimbal) gimbal_.insert_or_assign(*captured, *frame.own_gimbal);
-    const auto cell = [](const std::optional<Time>& t) { return t ? format_time_seconds(*t) : std::string(); };
+    const auto cell = [](const std::optional<Time>& t) {
+      return t ? format_time_seconds(*t) : std::string();
+    };
     frames_csv_ += csv_cell(file) + "," + cell(captured) + "," + cell(frame.received_at);
-    if (counters_) frames_csv_ += "," + (frame.counter ? std::to_string(*frame.counter) : std::string());
+    if (counters_)
+      frames_csv_ += "," + (frame.counter ? std::to_string(*frame.counter) : std::string());
     frames_csv_ += "\n";
     return {};
   }
@@ -238,10 +264,12 @@ class FolderWriter {
 }  // namespace
 
 Result<std::vector<LeftOut>> write_flight_folder(const Flight& flight, const fs::path& folder,
-                                                 const WriteFlightOptions& options, const Progress& progress) {
+                                                 const WriteFlightOptions& options,
+                                                 const Progress& progress) {
   std::error_code ec;
   if (fs::exists(folder, ec))
-    return Error{ErrorCode::Exists, folder.string() + ": is there already; remove it or name another folder"};
+    return Error{ErrorCode::Exists,
+                 folder.string() + ": is there already; remove it or name another folder"};
   WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(folder));
   auto left_out = FolderWriter(flight, partial.path(), options).write(progress);
   if (left_out) WATERSKY_CHECK(partial.publish());

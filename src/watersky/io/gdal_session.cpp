@@ -36,7 +36,8 @@ void DatasetCloser::operator()(GDALDataset* dataset) const { GDALClose(dataset);
 
 MemoryFile::MemoryFile(const std::string& extension) {
   static std::atomic<unsigned> count{0};
-  name_ = "/vsimem/watersky-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + extension;
+  name_ =
+      "/vsimem/watersky-" + std::to_string(::getpid()) + "-" + std::to_string(count++) + extension;
 }
 
 MemoryFile::~MemoryFile() { VSIUnlink(name_.c_str()); }

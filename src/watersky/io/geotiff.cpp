@@ -35,8 +35,8 @@ GDALDataType gdal_type(const cv::Mat& m) {
 
 /// A dataset whose bands are the matrix itself, not copies.
 DatasetPtr view_of(const cv::Mat& m, const std::vector<Channel>& channels) {
-  DatasetPtr dataset(GetGDALDriverManager()->GetDriverByName("MEM")->Create(
-      "", m.cols, m.rows, 0, gdal_type(m), nullptr));
+  DatasetPtr dataset(GetGDALDriverManager()->GetDriverByName("MEM")->Create("", m.cols, m.rows, 0,
+                                                                            gdal_type(m), nullptr));
   if (!dataset) return nullptr;
   for (const Channel& channel : channels) {
     std::array<char, 64> address{};
@@ -88,7 +88,8 @@ Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool pi
                  GdalSession& gdal) {
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
   if (!driver)
-    return Error{ErrorCode::Unsupported, path.string() + ": this GDAL has no COG driver; install GDAL 3.1 or later"};
+    return Error{ErrorCode::Unsupported,
+                 path.string() + ": this GDAL has no COG driver; install GDAL 3.1 or later"};
   CPLStringList options;
   options.SetNameValue("OVERVIEWS", "AUTO");
   options.SetNameValue("BIGTIFF", "IF_SAFER");
@@ -104,8 +105,8 @@ Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool pi
     options.SetNameValue("LEVEL", "1");
   }
   const MemoryFile file(".tif");
-  DatasetPtr cog(driver->CreateCopy(file.name().c_str(), &source, FALSE, options.List(),
-                                            nullptr, nullptr));
+  DatasetPtr cog(
+      driver->CreateCopy(file.name().c_str(), &source, FALSE, options.List(), nullptr, nullptr));
   if (!cog) return gdal.error(path);
   cog.reset();
   if (gdal.failed()) return gdal.error(path);
@@ -116,15 +117,18 @@ Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool pi
 
 Status write_geotiff(const std::filesystem::path& path, const cv::Mat& raster,
                      const RasterPlace& place, const RasterText& text) {
-  if (raster.empty() ||
-      (raster.type() != CV_32F && raster.type() != CV_64F && raster.type() != CV_16U && raster.type() != CV_8U))
-    return Error{ErrorCode::Unsupported,
-                 path.string() + ": a raster must have cells, of one 32 or 64 bit float, one 16 bit count or one 8 bit class"};
+  if (raster.empty() || (raster.type() != CV_32F && raster.type() != CV_64F &&
+                         raster.type() != CV_16U && raster.type() != CV_8U))
+    return Error{ErrorCode::Unsupported, path.string() +
+                                             ": a raster must have cells, of one 32 or 64 bit "
+                                             "float, one 16 bit count or one 8 bit class"};
   GdalSession gdal;
   const DatasetPtr source = view_of(raster, {{0, GCI_GrayIndex}});
   if (!source || !describe(*source, place, text)) return gdal.error(path);
   GDALRasterBand& band = *source->GetRasterBand(1);
-  band.SetNoDataValue(raster.type() == CV_16U ? 0.0 : raster.type() == CV_8U ? 255.0 : std::nan(""));
+  band.SetNoDataValue(raster.type() == CV_16U  ? 0.0
+                      : raster.type() == CV_8U ? 255.0
+                                               : std::nan(""));
   band.SetDescription(utf8(text.description).c_str());
   band.SetUnitType(text.unit.c_str());
   const std::vector<cv::Mat> levels = pyramid(raster, kTileSide);
@@ -137,7 +141,8 @@ Status write_geotiff(const std::filesystem::path& path, const cv::Mat& raster,
 Status write_mosaic_geotiff(const std::filesystem::path& path, const cv::Mat& bgra,
                             const RasterPlace& place, const RasterText& text) {
   if (bgra.empty() || bgra.type() != CV_8UC4)
-    return Error{ErrorCode::Unsupported, path.string() + ": a mosaic must have cells of four 8 bit channels"};
+    return Error{ErrorCode::Unsupported,
+                 path.string() + ": a mosaic must have cells of four 8 bit channels"};
   GdalSession gdal;
   const std::vector<Channel> channels = {{2, GCI_RedBand}, {1, GCI_GreenBand}, {0, GCI_BlueBand}};
   const DatasetPtr source = view_of(bgra, channels);

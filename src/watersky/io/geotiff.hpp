@@ -29,14 +29,14 @@ struct RasterPlace {
 
 /// What a raster says of itself.
 struct RasterText {
-  std::string description;  ///< of its band
-  std::string unit;         ///< "1" for a pure number, "s", …
+  std::string description;                                    ///< of its band
+  std::string unit;                                           ///< "1" for a pure number, "s", …
   std::vector<std::pair<std::string, std::string>> metadata;  ///< of the file
 };
 
-/// One band: CV_32F and CV_64F with NaN as nodata, CV_16U with 0, CV_8U (classes) with 255. The overviews of
-/// CV_32F hold the mean of the known cells, of the others one of the cells. Io when it cannot be
-/// written; then nothing is left.
+/// One band: CV_32F and CV_64F with NaN as nodata, CV_16U with 0, CV_8U (classes) with 255. The
+/// overviews of CV_32F hold the mean of the known cells, of the others one of the cells. Io when it
+/// cannot be written; then nothing is left.
 Status write_geotiff(const std::filesystem::path& path, const cv::Mat& raster,
                      const RasterPlace& place, const RasterText& text);
 

@@ -12,9 +12,9 @@
 #include <optional>
 #include <random>
 
+#include "support/temporary_folder.hpp"
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/pyramid.hpp"
-#include "support/temporary_folder.hpp"
 
 namespace watersky {
 namespace {
@@ -22,15 +22,20 @@ namespace {
 namespace fs = std::filesystem;
 
 RasterPlace place() {
-  return {{500000.0, 0.5, 0.0, 8750000.0, 0.0, -0.5}, Projection::from_text("EPSG:32633").value().wkt()};
+  return {{500000.0, 0.5, 0.0, 8750000.0, 0.0, -0.5},
+          Projection::from_text("EPSG:32633").value().wkt()};
 }
 
 /// Whether GDAL's own validator calls a file a cloud-optimised GeoTIFF; nullopt without it.
 std::optional<bool> validator_says(const fs::path& file) {
-  const std::string probe = "/usr/bin/python3 -c 'import osgeo_utils.samples.validate_cloud_optimized_geotiff' 2>/dev/null";
+  const std::string probe =
+      "/usr/bin/python3 -c 'import osgeo_utils.samples.validate_cloud_optimized_geotiff' "
+      "2>/dev/null";
   if (std::system(probe.c_str()) != 0) return std::nullopt;
-  return std::system(("/usr/bin/python3 -m osgeo_utils.samples.validate_cloud_optimized_geotiff --full-check=yes \"" +
-                      file.string() + "\" >/dev/null 2>&1").c_str()) == 0;
+  return std::system(("/usr/bin/python3 -m osgeo_utils.samples.validate_cloud_optimized_geotiff "
+                      "--full-check=yes \"" +
+                      file.string() + "\" >/dev/null 2>&1")
+                         .c_str()) == 0;
 }
 
 cv::Mat random_probability(int rows, int columns, unsigned seed) {
@@ -47,7 +52,9 @@ TEST(GeoTiff, GivesBackEveryCellWhereItWas) {
   const test::TemporaryFolder folder;
   const fs::path file = folder.path() / "p.tif";
   const cv::Mat p = random_probability(1301, 917, 1);
-  ASSERT_TRUE(write_geotiff(file, p, place(), {"probability of ice", "1", {{"TIFFTAG_SOFTWARE", "watersky"}}}).ok());
+  ASSERT_TRUE(write_geotiff(file, p, place(),
+                            {"probability of ice", "1", {{"TIFFTAG_SOFTWARE", "watersky"}}})
+                  .ok());
 
   GDALAllRegister();
   const std::unique_ptr<GDALDataset> d(GDALDataset::Open(file.c_str()));
@@ -63,7 +70,9 @@ TEST(GeoTiff, GivesBackEveryCellWhereItWas) {
   EXPECT_STREQ(band->GetDescription(), "probability of ice");
   EXPECT_STREQ(band->GetUnitType(), "1");
   cv::Mat back(p.size(), CV_32F);
-  ASSERT_EQ(band->RasterIO(GF_Read, 0, 0, p.cols, p.rows, back.data, p.cols, p.rows, GDT_Float32, 0, 0, nullptr), CE_None);
+  ASSERT_EQ(band->RasterIO(GF_Read, 0, 0, p.cols, p.rows, back.data, p.cols, p.rows, GDT_Float32, 0,
+                           0, nullptr),
+            CE_None);
   for (int r = 0; r < p.rows; ++r)
     for (int c = 0; c < p.cols; ++c) {
       const float a = p.at<float>(r, c);
@@ -73,8 +82,9 @@ TEST(GeoTiff, GivesBackEveryCellWhereItWas) {
   ASSERT_EQ(band->GetOverviewCount(), 2);
   const cv::Mat quarter = pyramid(p, 512).back();
   cv::Mat overview(quarter.size(), CV_32F);
-  ASSERT_EQ(band->GetOverview(1)->RasterIO(GF_Read, 0, 0, quarter.cols, quarter.rows, overview.data, quarter.cols,
-                                           quarter.rows, GDT_Float32, 0, 0, nullptr), CE_None);
+  ASSERT_EQ(band->GetOverview(1)->RasterIO(GF_Read, 0, 0, quarter.cols, quarter.rows, overview.data,
+                                           quarter.cols, quarter.rows, GDT_Float32, 0, 0, nullptr),
+            CE_None);
   EXPECT_EQ(cv::countNonZero(overview != overview), cv::countNonZero(quarter != quarter));
   EXPECT_EQ(overview.at<float>(100, 200), quarter.at<float>(100, 200));
 }
@@ -89,7 +99,9 @@ TEST(GeoTiff, GdalsOwnValidatorCallsThemCloudOptimised) {
   ASSERT_TRUE(write_geotiff(folder.path() / "p.tif", p, place(), {}).ok());
   ASSERT_TRUE(write_geotiff(folder.path() / "l.tif", looks, place(), {}).ok());
   ASSERT_TRUE(write_geotiff(folder.path() / "s.tif", seen, place(), {}).ok());
-  ASSERT_TRUE(write_geotiff(folder.path() / "small.tif", p(cv::Rect(0, 0, 7, 3)).clone(), place(), {}).ok());
+  ASSERT_TRUE(
+      write_geotiff(folder.path() / "small.tif", p(cv::Rect(0, 0, 7, 3)).clone(), place(), {})
+          .ok());
   ASSERT_TRUE(write_mosaic_geotiff(folder.path() / "m.tif", bgra, place(), {}).ok());
   for (const char* name : {"p.tif", "l.tif", "s.tif", "small.tif", "m.tif"}) {
     const std::optional<bool> valid = validator_says(folder.path() / name);
@@ -121,9 +133,14 @@ TEST(GeoTiff, TheMosaicKeepsItsColoursAndItsMaskAtEverySize) {
       std::uint8_t value = 0;
       std::uint8_t mask_seen = 0;
       std::uint8_t mask_unseen = 9;
-      ASSERT_EQ(band->RasterIO(GF_Read, x, x, 1, 1, &value, 1, 1, GDT_Byte, 0, 0, nullptr), CE_None);
-      ASSERT_EQ(band->GetMaskBand()->RasterIO(GF_Read, x, x, 1, 1, &mask_seen, 1, 1, GDT_Byte, 0, 0, nullptr), CE_None);
-      ASSERT_EQ(band->GetMaskBand()->RasterIO(GF_Read, unseen, x, 1, 1, &mask_unseen, 1, 1, GDT_Byte, 0, 0, nullptr), CE_None);
+      ASSERT_EQ(band->RasterIO(GF_Read, x, x, 1, 1, &value, 1, 1, GDT_Byte, 0, 0, nullptr),
+                CE_None);
+      ASSERT_EQ(band->GetMaskBand()->RasterIO(GF_Read, x, x, 1, 1, &mask_seen, 1, 1, GDT_Byte, 0, 0,
+                                              nullptr),
+                CE_None);
+      ASSERT_EQ(band->GetMaskBand()->RasterIO(GF_Read, unseen, x, 1, 1, &mask_unseen, 1, 1,
+                                              GDT_Byte, 0, 0, nullptr),
+                CE_None);
       EXPECT_NEAR(value, expected[b], 4);
       EXPECT_EQ(mask_seen, 255);
       EXPECT_EQ(mask_unseen, 0);
@@ -144,9 +161,11 @@ TEST(GeoTiff, AnUnwritablePlaceIsAnIoErrorAndLeavesNothing) {
 
 TEST(GeoTiff, WhatHasNoPlaceOnEarthOrNoCellsIsRefused) {
   const test::TemporaryFolder folder;
-  const Status bad = write_geotiff(folder.path() / "p.tif", cv::Mat(4, 4, CV_32F, cv::Scalar(0.5)), {{0, 1, 0, 0, 0, -1}, "nonsense"}, {});
+  const Status bad = write_geotiff(folder.path() / "p.tif", cv::Mat(4, 4, CV_32F, cv::Scalar(0.5)),
+                                   {{0, 1, 0, 0, 0, -1}, "nonsense"}, {});
   EXPECT_FALSE(bad.ok());
-  EXPECT_EQ(write_geotiff(folder.path() / "p.tif", cv::Mat(), place(), {}).error().code, ErrorCode::Unsupported);
+  EXPECT_EQ(write_geotiff(folder.path() / "p.tif", cv::Mat(), place(), {}).error().code,
+            ErrorCode::Unsupported);
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
 

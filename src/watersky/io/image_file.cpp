@@ -10,9 +10,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "watersky/io/exif.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/gdal_session.hpp"
-#include "watersky/io/exif.hpp"
 
 namespace watersky {
 
@@ -44,7 +44,8 @@ struct TurboJpeg {
 /// The message of libjpeg-turbo's last call without its function's name, on one line.
 std::string turbo_message(tjhandle handle) {
   std::string text = tjGetErrorStr2(handle);
-  if (const auto colon = text.find("(): "); colon != std::string::npos) text = text.substr(colon + 4);
+  if (const auto colon = text.find("(): "); colon != std::string::npos)
+    text = text.substr(colon + 4);
   for (char& c : text)
     if (c == '\n' || c == '\r') c = ' ';
   return text;
@@ -56,7 +57,8 @@ Result<cv::Mat> decode_jpeg(std::span<const std::uint8_t> bytes, const ImageRequ
   if (!turbo.handle) return Error{ErrorCode::Io, name + ": libjpeg-turbo cannot be started"};
   const auto size = static_cast<unsigned long>(bytes.size());
   int width = 0, height = 0, subsampling = 0, colorspace = 0;
-  if (tjDecompressHeader3(turbo.handle, bytes.data(), size, &width, &height, &subsampling, &colorspace) != 0)
+  if (tjDecompressHeader3(turbo.handle, bytes.data(), size, &width, &height, &subsampling,
+                          &colorspace) != 0)
     return bad(name, "is not a readable JPEG (" + turbo_message(turbo.handle) + ")");
   if (static_cast<std::int64_t>(width) * height > kMaxPixels)
     return bad(name, "claims " + std::to_string(width) + "x" + std::to_string(height) + " pixels");
@@ -67,8 +69,8 @@ Result<cv::Mat> decode_jpeg(std::span<const std::uint8_t> bytes, const ImageRequ
   const int rows = TJSCALED(height, scale);
   const bool color = request.color && subsampling != TJSAMP_GRAY;
   cv::Mat image(rows, cols, color ? CV_8UC3 : CV_8UC1);
-  if (tjDecompress2(turbo.handle, bytes.data(), size, image.data, cols, static_cast<int>(image.step),
-                    rows, color ? TJPF_BGR : TJPF_GRAY, 0) != 0) {
+  if (tjDecompress2(turbo.handle, bytes.data(), size, image.data, cols,
+                    static_cast<int>(image.step), rows, color ? TJPF_BGR : TJPF_GRAY, 0) != 0) {
     const std::string why = turbo_message(turbo.handle);
     // Cameras pad their files with bytes that mean nothing; every other warning means pixels
     // that were made up.
@@ -83,7 +85,9 @@ Result<cv::Mat> decode_other(std::span<const std::uint8_t> bytes, const ImageReq
                              const std::string& name) {
   cv::Mat image;
   try {
-    const cv::Mat buffer(1, static_cast<int>(bytes.size()), CV_8UC1, const_cast<std::uint8_t*>(bytes.data()));  // NOLINT: cv::Mat has no const view
+    const cv::Mat buffer(
+        1, static_cast<int>(bytes.size()), CV_8UC1,
+        const_cast<std::uint8_t*>(bytes.data()));  // NOLINT: cv::Mat has no const view
     image = cv::imdecode(buffer, cv::IMREAD_UNCHANGED | cv::IMREAD_IGNORE_ORIENTATION);
   } catch (const cv::Exception& e) {
     std::string why = e.err;
@@ -93,7 +97,8 @@ Result<cv::Mat> decode_other(std::span<const std::uint8_t> bytes, const ImageReq
   }
   if (image.empty()) return bad(name, "cannot be decoded; is it a whole JPEG, PNG or TIFF?");
   if (image.depth() != CV_8U && image.depth() != CV_16U)
-    return Error{ErrorCode::Unsupported, name + ": has pixels that are neither 8 nor 16 bit; convert it"};
+    return Error{ErrorCode::Unsupported,
+                 name + ": has pixels that are neither 8 nor 16 bit; convert it"};
   if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2BGR);
   if (image.channels() == 2) cv::extractChannel(image, image, 0);
   if (image.channels() != 1 && image.channels() != 3)
@@ -118,7 +123,8 @@ Result<ImageSize> probe_image_size(const fs::path& file) {
   std::array<std::uint8_t, 24> head{};
   {
     std::ifstream in(file, std::ios::binary);
-    if (!in) return Error{ErrorCode::NotFound, file.string() + ": cannot be opened; is the path right?"};
+    if (!in)
+      return Error{ErrorCode::NotFound, file.string() + ": cannot be opened; is the path right?"};
     in.read(reinterpret_cast<char*>(head.data()), head.size());
     if (in.gcount() < 8) return bad(file.string(), "is too short for an image");
   }
@@ -136,7 +142,8 @@ Result<ImageSize> probe_image_size(const fs::path& file) {
   } else {
     const GdalSession quiet;
     GDALAllRegister();
-    GDALDatasetH dataset = GDALOpenEx(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr);
+    GDALDatasetH dataset =
+        GDALOpenEx(file.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, nullptr, nullptr);
     if (!dataset) return bad(file.string(), "is not an image that can be read");
     size = {GDALGetRasterXSize(dataset), GDALGetRasterYSize(dataset)};
     GDALClose(dataset);
@@ -151,7 +158,8 @@ Result<cv::Mat> decode_image(std::span<const std::uint8_t> bytes, const ImageReq
                              const std::string& name) {
   const int r = request.reduction;
   if (r != 1 && r != 2 && r != 4 && r != 8)
-    return Error{ErrorCode::Usage, "an image can be reduced by 1, 2, 4 or 8, not " + std::to_string(r)};
+    return Error{ErrorCode::Usage,
+                 "an image can be reduced by 1, 2, 4 or 8, not " + std::to_string(r)};
   if (bytes.empty()) return bad(name, "is empty");
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
     return bad(name, "is larger than 2 GB");
@@ -167,9 +175,10 @@ ImageLoader image_loader(const fs::path& file, std::optional<ImageSize> expected
         return got == full || std::abs(got * request.reduction - full) < request.reduction;
       };
       if (!fits(image.cols, expected->width_px) || !fits(image.rows, expected->height_px))
-        return bad(file.string(), "is " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
-                                      ", but the flight's camera has " + std::to_string(expected->width_px) +
-                                      "x" + std::to_string(expected->height_px) + " pixels");
+        return bad(file.string(),
+                   "is " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
+                       ", but the flight's camera has " + std::to_string(expected->width_px) + "x" +
+                       std::to_string(expected->height_px) + " pixels");
     }
     return image;
   };

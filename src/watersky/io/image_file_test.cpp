@@ -30,7 +30,8 @@ cv::Mat ramp(int width, int height) {
 }
 
 double mean_difference(const cv::Mat& a, const cv::Mat& b) {
-  return cv::norm(a, b, cv::NORM_L1) / static_cast<double>(a.total() * static_cast<std::size_t>(a.channels()));
+  return cv::norm(a, b, cv::NORM_L1) /
+         static_cast<double>(a.total() * static_cast<std::size_t>(a.channels()));
 }
 
 TEST(ImageFile, AJpegIsWhatOpenCvMakesOfIt) {
@@ -72,8 +73,11 @@ TEST(ImageFile, AJpegCutShortIsAnErrorAndNeverHalfAPicture) {
   const Bytes jpeg = make_photo({}, ramp(160, 120));
   for (int i = 0; i < 200; ++i) {
     const auto n = std::uniform_int_distribution<std::size_t>(0, jpeg.size() - 3)(rng);
-    EXPECT_FALSE(decode_image(std::span(jpeg).first(n), {}, "cut.jpg")) << n << " of " << jpeg.size();
-    EXPECT_FALSE(decode_image(std::span(jpeg).first(n), {.color = false, .reduction = 8}, "cut.jpg")) << n;
+    EXPECT_FALSE(decode_image(std::span(jpeg).first(n), {}, "cut.jpg"))
+        << n << " of " << jpeg.size();
+    EXPECT_FALSE(
+        decode_image(std::span(jpeg).first(n), {.color = false, .reduction = 8}, "cut.jpg"))
+        << n;
   }
   EXPECT_THAT(decode_image(std::span(jpeg).first(jpeg.size() / 2), {}, "cut.jpg").error().message,
               HasSubstr("cut.jpg: is damaged or cut short"));
@@ -132,7 +136,8 @@ TEST(ImageFile, ProbesTheSizeOfEachFormat) {
   watersky::test::write(folder.path() / "notes.txt", std::string("x"));
   const auto files = list_images(folder.path()).value();
   ASSERT_EQ(files.size(), 3u);
-  for (const auto& file : files) EXPECT_EQ(probe_image_size(file).value(), (ImageSize{123, 77})) << file;
+  for (const auto& file : files)
+    EXPECT_EQ(probe_image_size(file).value(), (ImageSize{123, 77})) << file;
   EXPECT_FALSE(probe_image_size(folder.path() / "notes.txt"));
   EXPECT_FALSE(probe_image_size(folder.path() / "absent.jpg"));
 }

@@ -7,8 +7,8 @@
 #include "watersky/camera/calibration_file.hpp"
 #include "watersky/io/camera_table.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/files.hpp"
 #include "watersky/io/exif.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/read_flight.hpp"
 #include "watersky/io/video.hpp"
@@ -36,7 +36,8 @@ void add_time(Inspection& out, Time t) {
 
 /// Of n samples over a span: n - 1 intervals.
 void add_rate(Inspection& out, const std::string& what, std::size_t n, Time first, Time last) {
-  if (n > 1 && last > first) out.rates_hz[what] = static_cast<double>(n - 1) / to_seconds(last - first);
+  if (n > 1 && last > first)
+    out.rates_hz[what] = static_cast<double>(n - 1) / to_seconds(last - first);
 }
 
 Result<Inspection> inspect_tlog(const fs::path& file) {
@@ -65,16 +66,19 @@ Result<Inspection> inspect_tlog(const fs::path& file) {
     }
   }
   if (seen.empty())
-    return Error{ErrorCode::InvalidInput, file.string() + ": holds no MAVLink message; is it a .tlog?"};
+    return Error{ErrorCode::InvalidInput,
+                 file.string() + ": holds no MAVLink message; is it a .tlog?"};
   for (const auto& [name, s] : seen) {
     out.counts[name] = s.n;
     add_rate(out, name, s.n, s.first, s.last);
   }
-  for (const auto& [id, n] : systems) out.facts["system/component " + id] = std::to_string(n) + " messages";
+  for (const auto& [id, n] : systems)
+    out.facts["system/component " + id] = std::to_string(n) + " messages";
   if (reader.skipped_bytes() > 0)
-    out.notes.push_back(std::to_string(reader.skipped_bytes()) + " bytes in " + std::to_string(reader.gaps()) +
-                        " places are no MAVLink");
-  if (reader.truncated_bytes() > 0) out.notes.emplace_back("the log ends in the middle of a message");
+    out.notes.push_back(std::to_string(reader.skipped_bytes()) + " bytes in " +
+                        std::to_string(reader.gaps()) + " places are no MAVLink");
+  if (reader.truncated_bytes() > 0)
+    out.notes.emplace_back("the log ends in the middle of a message");
   return out;
 }
 
@@ -93,8 +97,8 @@ Result<Inspection> inspect_image(const fs::path& file) {
   number("absolute_altitude_m", m.absolute_altitude_m ? m.absolute_altitude_m : m.gps_altitude_m);
   const auto angles = [&](const char* name, const std::optional<YawPitchRoll>& a) {
     if (a)
-      out.facts[name] = format_number(a->roll.degrees()) + ", " + format_number(a->pitch.degrees()) + ", " +
-                        format_number(a->yaw.degrees());
+      out.facts[name] = format_number(a->roll.degrees()) + ", " +
+                        format_number(a->pitch.degrees()) + ", " + format_number(a->yaw.degrees());
   };
   angles("gimbal_roll_pitch_yaw_deg", m.gimbal);
   angles("flight_roll_pitch_yaw_deg", m.flight);
@@ -117,8 +121,8 @@ Result<Inspection> inspect_video(const fs::path& file) {
   Inspection out;
   out.kind = "video";
   out.counts["frames"] = info.frames.size();
-  out.counts["key_frames"] = static_cast<std::size_t>(
-      std::count_if(info.frames.begin(), info.frames.end(), [](const VideoFrame& f) { return f.key; }));
+  out.counts["key_frames"] = static_cast<std::size_t>(std::count_if(
+      info.frames.begin(), info.frames.end(), [](const VideoFrame& f) { return f.key; }));
   if (info.frames.size() > 1) out.rates_hz["frames"] = info.rate_hz();
   out.facts["size"] = size_text(info.width_px, info.height_px);
   out.facts["codec"] = info.codec;
@@ -127,8 +131,10 @@ Result<Inspection> inspect_video(const fs::path& file) {
   if (info.creation_time) {
     add_time(out, *info.creation_time);
     add_time(out, *info.creation_time + info.after_first(info.frames.size() - 1));
-    out.notes.emplace_back("the times are by the container's creation_time: good to a second at best, and some cameras write "
-                           "the end or their local time there");
+    out.notes.emplace_back(
+        "the times are by the container's creation_time: good to a second at best, and some "
+        "cameras write "
+        "the end or their local time there");
   } else {
     out.notes.emplace_back("the container does not say when the video begins");
   }
@@ -219,7 +225,8 @@ Result<Inspection> inspect_recording(const fs::path& folder) {
   if (!poses.empty()) add_rate(out, "poses", poses.size(), poses.front().time, poses.back().time);
   out.facts["size"] = size_text(flight->camera.width_px(), flight->camera.height_px());
   out.facts["intrinsics"] = no_intrinsics.empty() ? flight->calibration.description : "not known";
-  out.facts["sea_level"] = flight->sea_level ? flight->sea_level->description : "not known; give --sea-level";
+  out.facts["sea_level"] =
+      flight->sea_level ? flight->sea_level->description : "not known; give --sea-level";
   out.notes = flight->notes;
   if (!no_intrinsics.empty()) out.notes.push_back(no_intrinsics);
   for (const LeftOut& l : flight->left_out) out.notes.push_back(l.file + ": left out, " + l.reason);
@@ -240,15 +247,18 @@ Result<Inspection> inspect(const fs::path& path) {
   if (!fs::exists(path, ec))
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   const std::string extension = lower_extension(path);
-  auto out = fs::is_directory(path, ec)                                               ? inspect_recording(path)
-             : extension == ".tlog"                                                   ? inspect_tlog(path)
-             : is_image_file(path)                                                    ? inspect_image(path)
-             : is_video_file(path)                                                    ? inspect_video(path)
-             : extension == ".csv"                                                    ? inspect_csv(path)
-             : extension == ".yaml" || extension == ".yml" || extension == ".xml"     ? inspect_calibration(path)
-                 : Result<Inspection>(Error{ErrorCode::Unsupported,
-                                            path.string() + ": is nothing that we can read; give a flight folder, a folder of "
-                                                            "photographs, an image, a video, a .tlog, a calibration or a .csv"});
+  auto out = fs::is_directory(path, ec) ? inspect_recording(path)
+             : extension == ".tlog"     ? inspect_tlog(path)
+             : is_image_file(path)      ? inspect_image(path)
+             : is_video_file(path)      ? inspect_video(path)
+             : extension == ".csv"      ? inspect_csv(path)
+             : extension == ".yaml" || extension == ".yml" || extension == ".xml"
+                 ? inspect_calibration(path)
+                 : Result<Inspection>(Error{
+                       ErrorCode::Unsupported,
+                       path.string() +
+                           ": is nothing that we can read; give a flight folder, a folder of "
+                           "photographs, an image, a video, a .tlog, a calibration or a .csv"});
   if (out) out->name = fs::absolute(path).lexically_normal().filename().string();
   return out;
 }
@@ -268,7 +278,10 @@ nlohmann::json to_json(const Inspection& inspection) {
                     {"span_s", to_seconds(*inspection.last - *inspection.first)}};
   json["extent"] = nullptr;
   if (const auto& e = inspection.extent)
-    json["extent"] = {{"south_deg", e->south_deg}, {"west_deg", e->west_deg}, {"north_deg", e->north_deg}, {"east_deg", e->east_deg}};
+    json["extent"] = {{"south_deg", e->south_deg},
+                      {"west_deg", e->west_deg},
+                      {"north_deg", e->north_deg},
+                      {"east_deg", e->east_deg}};
   json["facts"] = inspection.facts;
   json["notes"] = inspection.notes;
   return json;

@@ -20,7 +20,9 @@ using watersky::test::write;
 
 TEST(Inspect, TellsWhatIsInACalibrationACsvAndAPhotograph) {
   const TemporaryFolder folder;
-  write(folder.path() / "camera.yaml", std::string("image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: [60., 0., 31.5, 0., 60., 23.5, 0., 0., 1.]}\n"));
+  write(folder.path() / "camera.yaml",
+        std::string("image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: "
+                    "[60., 0., 31.5, 0., 60., 23.5, 0., 0., 1.]}\n"));
   write(folder.path() / "poses.csv", std::string("time_s,north_m\n1,2\n3,4\n4,4\n"));
   Photo p;
   p.latitude_deg = -70.5;

@@ -6,21 +6,21 @@
 
 #include <random>
 
+#include "support/make_photo.hpp"
 #include "watersky/io/autopilot_log.hpp"
 #include "watersky/io/name_time.hpp"
 #include "watersky/io/read_flight.hpp"
-#include "support/make_photo.hpp"
 #include "watersky/wire/tlog.hpp"
 
 namespace watersky {
 namespace {
 
+using mavlink::Message;
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::Each;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
-using mavlink::Message;
 using watersky::test::Bytes;
 using watersky::test::make_photo;
 using watersky::test::Photo;
@@ -42,7 +42,8 @@ struct LogMaker {
   void send(const Message& m, double boot_s, int component = 1) {
     const double delay = 0.020 + std::exponential_distribution(1 / 0.03)(rng);
     const Time stamp = kBoot + seconds(boot_s * (1 + drift) + delay);
-    mavlink::append_tlog_record(log, stamp, mavlink::encode(m, {system, static_cast<std::uint8_t>(component), 0}).value());
+    mavlink::append_tlog_record(
+        log, stamp, mavlink::encode(m, {system, static_cast<std::uint8_t>(component), 0}).value());
   }
   static double roll(double t) { return 0.1 * std::sin(t); }
   void attitude(double t) {
@@ -81,9 +82,11 @@ Bytes plain_photo() {
 }
 
 const std::string kCamera =
-    "image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: [60., 0., 31.5, 0., 60., 23.5, 0., 0., 1.]}\n";
+    "image_width: 64\nimage_height: 48\ncamera_matrix: {rows: 3, cols: 3, data: [60., 0., 31.5, "
+    "0., 60., 23.5, 0., 0., 1.]}\n";
 
-void make_folder(const TemporaryFolder& folder, const Bytes& log, std::initializer_list<double> times) {
+void make_folder(const TemporaryFolder& folder, const Bytes& log,
+                 std::initializer_list<double> times) {
   write(folder.path() / "camera.yaml", kCamera);
   write(folder.path() / "flight.tlog", log);
   for (const double t : times) write(folder.path() / utc_name(t), plain_photo());
@@ -95,7 +98,8 @@ TEST(LowerLine, LiesBelowEveryPointAndFindsDriftUnderJitter) {
     const double slope = std::uniform_real_distribution(-1e-4, 1e-4)(rng);
     std::vector<std::pair<double, double>> xy;
     for (int i = 0; i < 2000; ++i)
-      xy.emplace_back(i * 0.5, 3.0 + slope * i * 0.5 + std::exponential_distribution(1 / 0.05)(rng));
+      xy.emplace_back(i * 0.5,
+                      3.0 + slope * i * 0.5 + std::exponential_distribution(1 / 0.05)(rng));
     const LowerLine line = fit_lower_line(xy, 120, 200e-6);
     for (const auto& [x, y] : xy) EXPECT_LE(line.at(x), y + 1e-9);
     EXPECT_NEAR(line.slope, slope, 5e-6);
@@ -121,7 +125,8 @@ TEST(AutopilotLog, GoesByWhenThingsWereMeasuredAndNotByWhenTheyArrived) {
     double worst = 0;
     for (std::size_t i = 0; i < log.attitudes.size(); ++i) {
       const double t = 0.1 * static_cast<double>(i);
-      worst = std::max(worst, std::abs(to_seconds(log.attitudes[i].time - kBoot) - (t * (1 + drift) + 0.020)));
+      worst = std::max(
+          worst, std::abs(to_seconds(log.attitudes[i].time - kBoot) - (t * (1 + drift) + 0.020)));
     }
     EXPECT_LT(worst, 0.002);
     EXPECT_NEAR(log.home_height_geoid_m, 15.0, 1e-9);
@@ -150,7 +155,8 @@ TEST(AutopilotLog, AGapInPositionIsAGapInPoses) {
   for (double t = 10; t < 20; t += 0.1) maker.attitude(t);
   maker.fly(20, 30);
   const AutopilotLog log = parse_tlog(maker.log, "x.tlog").value();
-  const Trajectory trajectory = make_trajectory(log, Datum({Angle::degrees(78.9), Angle::degrees(11.9), 0})).value();
+  const Trajectory trajectory =
+      make_trajectory(log, Datum({Angle::degrees(78.9), Angle::degrees(11.9), 0})).value();
   EXPECT_FALSE(trajectory.at(kBoot + seconds(15), std::chrono::seconds(1)));
   EXPECT_TRUE(trajectory.at(kBoot + seconds(5), std::chrono::seconds(1)));
 }
@@ -163,7 +169,8 @@ TEST(AutopilotLog, SurvivesARebootOfTheAutopilot) {
   second.fly(0, 30);
   mavlink::TlogReader reader(second.log);
   while (const auto record = reader.next())
-    mavlink::append_tlog_record(maker.log, record->received_at + std::chrono::seconds(70), record->frame.bytes);
+    mavlink::append_tlog_record(maker.log, record->received_at + std::chrono::seconds(70),
+                                record->frame.bytes);
   const AutopilotLog log = parse_tlog(maker.log, "x.tlog").value();
   EXPECT_NEAR(to_seconds(log.attitudes.back().time - kBoot), 99.9, 0.03);
   EXPECT_THAT(log.notes, Contains(HasSubstr("restarted 1 times")));
@@ -212,7 +219,8 @@ TEST(LogFlight, FramesOutsideTheLogHaveNoPose) {
   const Flight flight = read_flight(folder.path(), options).value();
   ASSERT_EQ(flight.frames.size(), 2u);
   EXPECT_TRUE(flight.camera_pose(flight.frames[0], std::chrono::seconds(1)));
-  EXPECT_THAT(flight.camera_pose(flight.frames[1], std::chrono::seconds(1)).error().message, HasSubstr("after the last recorded pose"));
+  EXPECT_THAT(flight.camera_pose(flight.frames[1], std::chrono::seconds(1)).error().message,
+              HasSubstr("after the last recorded pose"));
 }
 
 TEST(LogFlight, ADamagedLogIsReadAndItSaysWhatWasSkipped) {
@@ -241,7 +249,8 @@ TEST(LogFlight, CameraFeedbackTellsTimesByCountOrByIndex) {
   const TemporaryFolder folder;
   write(folder.path() / "camera.yaml", kCamera);
   write(folder.path() / "flight.tlog", maker.log);
-  for (const char* name : {"a.jpg", "b.jpg", "c.jpg", "d.jpg"}) write(folder.path() / name, plain_photo());
+  for (const char* name : {"a.jpg", "b.jpg", "c.jpg", "d.jpg"})
+    write(folder.path() / name, plain_photo());
   const Flight flight = read_flight(folder.path()).value();
   ASSERT_EQ(flight.frames.size(), 3u);
   EXPECT_THAT(flight.left_out, SizeIs(1));
@@ -257,7 +266,11 @@ TEST(LogFlight, AGimbalInTheLogStandsBetweenBodyAndCamera) {
     maker.position(k * 0.1 + 0.01);
     Message m = message("GIMBAL_DEVICE_ATTITUDE_STATUS");
     const Eigen::Quaterniond q = rotation_from({Angle::degrees(10), Angle::degrees(-90), {}});
-    m.set("time_boot_ms", k * 100).set("q", q.w(), 0).set("q", q.x(), 1).set("q", q.y(), 2).set("q", q.z(), 3);
+    m.set("time_boot_ms", k * 100)
+        .set("q", q.w(), 0)
+        .set("q", q.x(), 1)
+        .set("q", q.y(), 2)
+        .set("q", q.z(), 3);
     m.set("flags", 0x20);  // yaw against the vehicle
     maker.send(m, k * 0.1, 154);
   }
@@ -269,7 +282,8 @@ TEST(LogFlight, AGimbalInTheLogStandsBetweenBodyAndCamera) {
   EXPECT_FALSE(flight.mount.assumed);
   const auto pose = flight.camera_pose(flight.frames[0], std::chrono::seconds(1)).value();
   const Eigen::Vector3d top = (pose.sea_from_camera * Vector<Camera>{{0, -1, 0}}).v;
-  EXPECT_NEAR(Angle::radians(std::atan2(top.y(), top.x())).degrees(), 40, 0.1);  // 30 of the vehicle, 10 of the gimbal
+  EXPECT_NEAR(Angle::radians(std::atan2(top.y(), top.x())).degrees(), 40,
+              0.1);  // 30 of the vehicle, 10 of the gimbal
 }
 
 TEST(LogFlight, PhotographsWithoutATimeAreNotGuessedAt) {
@@ -284,7 +298,8 @@ TEST(LogFlight, PhotographsWithoutATimeAreNotGuessedAt) {
   EXPECT_THAT(read_flight(folder.path()).error().message, HasSubstr("no time zone"));
   ReadOptions options;
   options.camera_utc_offset_h = 2.0;
-  EXPECT_EQ(read_flight(folder.path(), options)->frames[0].captured_at, kBoot + std::chrono::seconds(10));
+  EXPECT_EQ(read_flight(folder.path(), options)->frames[0].captured_at,
+            kBoot + std::chrono::seconds(10));
   p.offset = "+02:00";
   write(folder.path() / "IMG_1.jpg", make_photo(p));
   EXPECT_EQ(read_flight(folder.path())->frames[0].captured_at, kBoot + std::chrono::seconds(10));
@@ -324,13 +339,18 @@ TEST(NameTime, RecognisesWhatSaysItIsUtc) {
   EXPECT_EQ(text("1533430844.48"), "2018-08-05T01:00:44.480Z");
   EXPECT_EQ(text("frame1533430844480"), "2018-08-05T01:00:44.480Z");
   EXPECT_EQ(text("1533430844480000"), "2018-08-05T01:00:44.480Z");
-  for (const char* local : {"DJI_20180805010044_0001", "20180805_010044", "DJI_0018", "IMG_1533430844_2", "", "2018130501004480Z", "20180805010044804Z9Z8"})
-    EXPECT_EQ(text(local), std::string(local) == "20180805010044804Z9Z8" ? "2018-08-05T01:00:44.804Z" : "none") << local;
+  for (const char* local : {"DJI_20180805010044_0001", "20180805_010044", "DJI_0018",
+                            "IMG_1533430844_2", "", "2018130501004480Z", "20180805010044804Z9Z8"})
+    EXPECT_EQ(text(local),
+              std::string(local) == "20180805010044804Z9Z8" ? "2018-08-05T01:00:44.804Z" : "none")
+        << local;
 }
 
 TEST(NameTime, FollowsAPattern) {
-  EXPECT_EQ(to_iso8601(time_from_name("DJI_20180805010044_0001", "YYYYMMDDhhmmss").value()), "2018-08-05T01:00:44.000Z");
-  EXPECT_EQ(to_iso8601(time_from_name("x05.08.2018 01h00_44,48", "DD.MM.YYYY hh?mm_ss,cc").value()), "2018-08-05T01:00:44.480Z");
+  EXPECT_EQ(to_iso8601(time_from_name("DJI_20180805010044_0001", "YYYYMMDDhhmmss").value()),
+            "2018-08-05T01:00:44.000Z");
+  EXPECT_EQ(to_iso8601(time_from_name("x05.08.2018 01h00_44,48", "DD.MM.YYYY hh?mm_ss,cc").value()),
+            "2018-08-05T01:00:44.480Z");
   EXPECT_FALSE(time_from_name("DJI_0001", "YYYYMMDDhhmmss"));
   EXPECT_FALSE(check_name_pattern("YYYYMMDD"));
   EXPECT_TRUE(check_name_pattern("YYYYMMDDhhmmsscc"));

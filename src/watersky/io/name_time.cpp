@@ -18,7 +18,8 @@ constexpr std::array<std::size_t, 6> kDigits = {4, 2, 2, 2, 2, 2};
 
 /// The six fields as EXIF writes them.
 std::optional<Time> assembled(const std::array<std::string, 6>& f, std::string_view fraction) {
-  return parse_exif_time(f[0] + ":" + f[1] + ":" + f[2] + " " + f[3] + ":" + f[4] + ":" + f[5], fraction);
+  return parse_exif_time(f[0] + ":" + f[1] + ":" + f[2] + " " + f[3] + ":" + f[4] + ":" + f[5],
+                         fraction);
 }
 
 /// A date and time that begins at `stem[at]`, parts possibly separated, and ends in Z.
@@ -70,9 +71,11 @@ std::optional<Time> parse_iso8601(std::string_view text) {
 
 Status check_name_pattern(std::string_view pattern) {
   for (std::size_t i = 0; i < kFields.size(); ++i)
-    if (static_cast<std::size_t>(std::count(pattern.begin(), pattern.end(), kFields[i])) != kDigits[i])
-      return Error{ErrorCode::Usage, "the name pattern \"" + std::string(pattern.substr(0, 60)) +
-                                         "\" must hold YYYY, MM, DD, hh, mm and ss, e.g. YYYYMMDDhhmmsscc"};
+    if (static_cast<std::size_t>(std::count(pattern.begin(), pattern.end(), kFields[i])) !=
+        kDigits[i])
+      return Error{ErrorCode::Usage,
+                   "the name pattern \"" + std::string(pattern.substr(0, 60)) +
+                       "\" must hold YYYY, MM, DD, hh, mm and ss, e.g. YYYYMMDDhhmmsscc"};
   return {};
 }
 
@@ -111,11 +114,13 @@ std::optional<Time> utc_from_name(std::string_view stem) {
   const std::size_t dot = run.find('.');
   std::string whole(run.substr(0, dot));
   std::string fraction(dot == std::string_view::npos ? "" : run.substr(dot + 1));
-  if (dot == std::string_view::npos && (whole.size() == 13 || whole.size() == 16 || whole.size() == 19)) {
+  if (dot == std::string_view::npos &&
+      (whole.size() == 13 || whole.size() == 16 || whole.size() == 19)) {
     fraction = whole.substr(10);
     whole.resize(10);
   }
-  if (whole.size() != 10 || fraction.size() > 9 || fraction.find('.') != std::string::npos) return std::nullopt;
+  if (whole.size() != 10 || fraction.size() > 9 || fraction.find('.') != std::string::npos)
+    return std::nullopt;
   fraction.resize(9, '0');
   return Time(std::chrono::seconds(std::stoll(whole)) + Duration(std::stoll(fraction)));
 }

@@ -7,8 +7,8 @@
 
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/files.hpp"
 #include "watersky/io/detail/photos.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
 
 namespace watersky {
@@ -36,7 +36,8 @@ std::optional<int> index_of(const std::string& stem) {
 }
 
 double horizontal_distance_m(const Geodetic& a, const Geodetic& b) {
-  const Point<Ecef> pa = ecef_from({a.latitude, a.longitude, 0}), pb = ecef_from({b.latitude, b.longitude, 0});
+  const Point<Ecef> pa = ecef_from({a.latitude, a.longitude, 0}),
+                    pb = ecef_from({b.latitude, b.longitude, 0});
   return (pa - pb).v.norm();
 }
 
@@ -57,20 +58,23 @@ std::optional<Heading> assumed_heading(const std::vector<const PhotoFile*>& phot
     return Heading{*direction, kImageDirectionSigma_deg};
   constexpr double kShortest_m = 2.0;
   std::optional<Angle> in, out;
-  if (i > 0 && horizontal_distance_m(places[i - 1], places[i]) > kShortest_m) in = course(places[i - 1], places[i]);
+  if (i > 0 && horizontal_distance_m(places[i - 1], places[i]) > kShortest_m)
+    in = course(places[i - 1], places[i]);
   if (i + 1 < places.size() && horizontal_distance_m(places[i], places[i + 1]) > kShortest_m)
     out = course(places[i], places[i + 1]);
   if (!in && !out) return std::nullopt;
   if (!in || !out) return Heading{in ? *in : *out, kTrackSigma_deg};
   const Angle turn = (*out - *in).wrapped();
   if (std::abs(turn.degrees()) < 30) return Heading{*in + turn * 0.5, kTrackSigma_deg};
-  const bool nearer_before = horizontal_distance_m(places[i - 1], places[i]) < horizontal_distance_m(places[i], places[i + 1]);
+  const bool nearer_before = horizontal_distance_m(places[i - 1], places[i]) <
+                             horizontal_distance_m(places[i], places[i + 1]);
   return Heading{nearer_before ? *in : *out, kTurnSigma_deg};
 }
 
 /// The mark of a photograph: the same number, at the same place (a folder may hold several
 /// flights' marks).
-const RtkMark* mark_of(const std::vector<RtkMark>& marks, const PhotoFile& photo, const Geodetic& place) {
+const RtkMark* mark_of(const std::vector<RtkMark>& marks, const PhotoFile& photo,
+                       const Geodetic& place) {
   constexpr double kSamePlace_m = 10.0;
   const auto index = index_of(photo.path.stem().string());
   const RtkMark* best = nullptr;
@@ -95,7 +99,8 @@ double median(std::vector<double> x) {
 /// Heights above the ellipsoid, on one footing for the whole flight.
 class Heights {
  public:
-  static Result<Heights> make(const std::vector<const PhotoFile*>& photos, std::vector<std::string>& notes) {
+  static Result<Heights> make(const std::vector<const PhotoFile*>& photos,
+                              std::vector<std::string>& notes) {
     Heights h;
     std::vector<double> takeoffs;
     std::size_t relative = 0;
@@ -127,7 +132,8 @@ class Heights {
     const auto absolute = m.absolute_altitude_m ? m.absolute_altitude_m : m.gps_altitude_m;
     if (m.altitude_is_ellipsoidal && absolute) return *absolute;
     WATERSKY_TRY(const double geoid_m, egm96_above_ellipsoid_m(*m.latitude, *m.longitude));
-    if (takeoff_ && m.relative_altitude_m) return takeoff_->height_geoid_m + *m.relative_altitude_m + geoid_m;
+    if (takeoff_ && m.relative_altitude_m)
+      return takeoff_->height_geoid_m + *m.relative_altitude_m + geoid_m;
     if (absolute) return *absolute + geoid_m;
     return Error{ErrorCode::OutOfRange, "it records no height"};
   }
@@ -155,7 +161,8 @@ std::vector<RtkMark> parse_rtk_marks(std::string_view text) {
     std::string_view line = text.substr(0, end);
     text.remove_prefix(std::min(end + 1, text.size()));
 
-    // "1  279618.431024  [2005]  -51,N  -79,E  242,V  22.5,Lat  113.9,Lon  77.8,Ellh  0.01, 0.01, 0.02  50,Q"
+    // "1  279618.431024  [2005]  -51,N  -79,E  242,V  22.5,Lat  113.9,Lon  77.8,Ellh  0.01, 0.01,
+    // 0.02  50,Q"
     std::vector<std::string> words;
     std::string word;
     for (const char c : line) {
@@ -173,10 +180,13 @@ std::vector<RtkMark> parse_rtk_marks(std::string_view text) {
     const auto latitude = before("Lat"), longitude = before("Lon"), height = before("Ellh");
     const auto ellh = std::find(words.begin(), words.end(), "Ellh");
     if (!latitude || !longitude || !height || words.end() - ellh < 4) continue;
-    const auto index = parse_number(words[0]), second = parse_number(words[1]), week = parse_number(words[2]);
-    const auto north = parse_number(ellh[1]), east = parse_number(ellh[2]), up = parse_number(ellh[3]);
+    const auto index = parse_number(words[0]), second = parse_number(words[1]),
+               week = parse_number(words[2]);
+    const auto north = parse_number(ellh[1]), east = parse_number(ellh[2]),
+               up = parse_number(ellh[3]);
     if (!index || !second || !week || !north || !east || !up) continue;
-    if (std::abs(*latitude) > 90 || std::abs(*longitude) > 360 || *index < 0 || *index > 1e6) continue;
+    if (std::abs(*latitude) > 90 || std::abs(*longitude) > 360 || *index < 0 || *index > 1e6)
+      continue;
     RtkMark mark;
     mark.index = static_cast<int>(*index);
     mark.latitude = Angle::degrees(*latitude);
@@ -187,7 +197,8 @@ std::vector<RtkMark> parse_rtk_marks(std::string_view text) {
     mark.sigma_height_m = std::max(0.0, *up);
     if (*week >= 0 && *week < 10'000 && *second >= 0 && *second <= 604'800) {
       constexpr std::chrono::sys_days kGpsEpoch{std::chrono::year{1980} / 1 / 6};
-      mark.utc = Time(kGpsEpoch) + std::chrono::hours(168) * static_cast<int>(*week) + seconds(*second) - kGpsMinusUtc;
+      mark.utc = Time(kGpsEpoch) + std::chrono::hours(168) * static_cast<int>(*week) +
+                 seconds(*second) - kGpsMinusUtc;
     }
     marks.push_back(mark);
   }
@@ -198,7 +209,8 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
                                          const Progress& progress) {
   WATERSKY_TRY(detail::PhotoSet set, detail::read_photo_set(folder, progress));
   std::vector<std::string> notes;
-  WATERSKY_TRY(Intrinsics intrinsics, detail::choose_intrinsics(folder, set.photos.front(), options, notes));
+  WATERSKY_TRY(Intrinsics intrinsics,
+               detail::choose_intrinsics(folder, set.photos.front(), options, notes));
 
   std::vector<LeftOut> left_out = std::move(set.left_out);
   std::vector<const PhotoFile*> photos;
@@ -209,9 +221,10 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
       left_out.push_back({photo.path.filename().string(), "it records no position"});
   }
   if (photos.empty())
-    return Error{ErrorCode::NotFound, folder.string() + ": none of its " +
-                                          detail::counted(set.photos.size(), "photograph") +
-                                          " records a position; give the autopilot's log (--log FILE)"};
+    return Error{ErrorCode::NotFound,
+                 folder.string() + ": none of its " +
+                     detail::counted(set.photos.size(), "photograph") +
+                     " records a position; give the autopilot's log (--log FILE)"};
   // By the camera's clock where all have it: file numbers wrap from 9999 to 1.
   const auto timed = [](const PhotoFile* p) { return p->metadata.taken_local.has_value(); };
   if (std::all_of(photos.begin(), photos.end(), timed))
@@ -243,15 +256,18 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
   if (placed.empty())
     return Error{ErrorCode::NotFound, folder.string() + ": its photographs record no height"};
 
-  Flight flight(fs::absolute(folder).lexically_normal().filename().string(), Datum(places.front()), intrinsics.camera);
-  if (flight.name.empty()) flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
+  Flight flight(fs::absolute(folder).lexically_normal().filename().string(), Datum(places.front()),
+                intrinsics.camera);
+  if (flight.name.empty())
+    flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
   flight.calibration = intrinsics.source;
   flight.delay_s = options.delay_s;
   if (by_gimbal) {
     flight.gimbal_reference = GimbalReference::NorthEastDown;
     flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{}));
   } else {
-    flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{{}, Angle::degrees(-90), {}}));
+    flight.mount.rotation =
+        camera_rotation(options.mount.value_or(YawPitchRoll{{}, Angle::degrees(-90), {}}));
     flight.mount.assumed = !options.mount;
     if (flight.mount.assumed) notes.emplace_back(detail::kAssumedMountNote);
   }
@@ -264,11 +280,13 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
     const std::string name = placed[i]->path.filename().string();
     std::optional<PoseSigma> sigma;
     if (m.rtk_sigma_north_m && m.rtk_sigma_east_m && m.rtk_sigma_height_m)
-      sigma = PoseSigma{{*m.rtk_sigma_north_m, *m.rtk_sigma_east_m, *m.rtk_sigma_height_m}, Eigen::Vector3d::Zero()};
+      sigma = PoseSigma{{*m.rtk_sigma_north_m, *m.rtk_sigma_east_m, *m.rtk_sigma_height_m},
+                        Eigen::Vector3d::Zero()};
     const RtkMark* mark = mark_of(marks, *placed[i], places[i]);
     if (mark) {
       ++marked;
-      sigma = PoseSigma{{mark->sigma_north_m, mark->sigma_east_m, mark->sigma_height_m}, Eigen::Vector3d::Zero()};
+      sigma = PoseSigma{{mark->sigma_north_m, mark->sigma_east_m, mark->sigma_height_m},
+                        Eigen::Vector3d::Zero()};
     }
 
     std::optional<YawPitchRoll> attitude = by_gimbal ? m.gimbal : m.flight;
@@ -276,17 +294,20 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
       if (!options.assume_nadir) {
         left_out.push_back({name, by_gimbal && m.flight
                                       ? "it records no gimbal attitude, unlike others of the flight"
-                                      : "it records a position but no attitude (--assume-nadir takes it as looking straight down)"});
+                                      : "it records a position but no attitude (--assume-nadir "
+                                        "takes it as looking straight down)"});
         continue;
       }
       const auto heading = assumed_heading(placed, places, i);
       if (!heading) {
-        left_out.push_back({name, "it records no attitude and its heading cannot be told from the track"});
+        left_out.push_back(
+            {name, "it records no attitude and its heading cannot be told from the track"});
         continue;
       }
       attitude = YawPitchRoll{heading->azimuth, Angle::degrees(by_gimbal ? -90 : 0), {}};
       if (!sigma) sigma.emplace();
-      sigma->roll_pitch_yaw_rad = {Angle::degrees(kAssumedTilt_deg).radians(), Angle::degrees(kAssumedTilt_deg).radians(),
+      sigma->roll_pitch_yaw_rad = {Angle::degrees(kAssumedTilt_deg).radians(),
+                                   Angle::degrees(kAssumedTilt_deg).radians(),
                                    Angle::degrees(heading->sigma_deg).radians()};
       assumed_heading_sigma_deg = std::max(assumed_heading_sigma_deg, heading->sigma_deg);
       ++assumed;
@@ -303,23 +324,29 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
     }
     const Eigen::Quaterniond world_from_ned = flight.datum.world_from_ned_rotation(places[i]);
     const YawPitchRoll body = by_gimbal ? m.flight.value_or(YawPitchRoll{}) : *attitude;
-    frame.own_pose = StampedPose{frame.captured_at.value_or(Time{}),
-                                 {world_from_ned * rotation_from(body), flight.datum.world(places[i])},
-                                 sigma};
+    frame.own_pose =
+        StampedPose{frame.captured_at.value_or(Time{}),
+                    {world_from_ned * rotation_from(body), flight.datum.world(places[i])},
+                    sigma};
     if (by_gimbal) frame.own_gimbal = rotation_from(*attitude);
     if (m.altitude_is_ellipsoidal) ++ellipsoidal;
     flight.frames.push_back(std::move(frame));
   }
 
+  flight.times_are_utc = local_times == 0;
   if (local_times > 0)
-    notes.push_back("the photographs' clock names no time zone: times are the camera's own, not UTC");
+    notes.push_back(
+        "the photographs' clock names no time zone: times are the camera's own, not UTC");
   if (assumed > 0)
-    notes.push_back(detail::counted(assumed, "photograph") + " without attitude taken as looking straight down: " +
+    notes.push_back(detail::counted(assumed, "photograph") +
+                    " without attitude taken as looking straight down: " +
                     format_number(kAssumedTilt_deg) + "° of roll and pitch, up to " +
                     format_number(assumed_heading_sigma_deg) + "° of heading (one sigma)");
-  if (marked > 0) notes.push_back("RTK marks (.MRK) gave the sigmas of " + detail::counted(marked, "photograph"));
+  if (marked > 0)
+    notes.push_back("RTK marks (.MRK) gave the sigmas of " + detail::counted(marked, "photograph"));
   if (ellipsoidal > 0)
-    notes.push_back("RTK altitudes of " + detail::counted(ellipsoidal, "photograph") + " count as heights above the ellipsoid");
+    notes.push_back("RTK altitudes of " + detail::counted(ellipsoidal, "photograph") +
+                    " count as heights above the ellipsoid");
   flight.left_out = std::move(left_out);
   for (std::string& note : notes) flight.notes.push_back(std::move(note));
   return RecordedFlight{std::move(flight), heights.takeoff()};

@@ -4,12 +4,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "support/make_photo.hpp"
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
-#include "watersky/io/files.hpp"
 #include "watersky/io/exif.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/read_flight.hpp"
-#include "support/make_photo.hpp"
 
 namespace watersky {
 namespace {
@@ -34,8 +34,9 @@ Photo photo(int i) {
   p.longitude_deg = 11.9;
   p.altitude_m = 198.3;
   p.taken = "2016:06:23 16:31:" + std::to_string(10 + i);
-  p.dji = {{"GimbalYawDegree", "+90.00"}, {"GimbalPitchDegree", "-90.00"}, {"GimbalRollDegree", "+0.00"},
-           {"FlightYawDegree", "+80.00"}, {"FlightPitchDegree", "+2.00"}, {"FlightRollDegree", "-3.00"},
+  p.dji = {{"GimbalYawDegree", "+90.00"},  {"GimbalPitchDegree", "-90.00"},
+           {"GimbalRollDegree", "+0.00"},  {"FlightYawDegree", "+80.00"},
+           {"FlightPitchDegree", "+2.00"}, {"FlightRollDegree", "-3.00"},
            {"RelativeAltitude", "+40.00"}, {"AbsoluteAltitude", "+198.30"}};
   return p;
 }
@@ -56,7 +57,9 @@ TEST(PhotoFlight, APointRightOfTheImageCentreLiesSouthWhenTheImageTopIsEast) {
   ASSERT_TRUE(pose) << pose.error().message;
   // 45 m above the sea, whatever the nominal altitudes say.
   EXPECT_NEAR(-pose->sea_from_camera.origin().v.z(), 45.0, 1e-6);
-  const auto direction = [&](double x, double y, double z) { return (pose->sea_from_camera * Vector<Camera>{{x, y, z}}).v; };
+  const auto direction = [&](double x, double y, double z) {
+    return (pose->sea_from_camera * Vector<Camera>{{x, y, z}}).v;
+  };
   EXPECT_LT((direction(0, 0, 1) - Eigen::Vector3d(0, 0, 1)).norm(), 1e-9);   // down
   EXPECT_LT((direction(0, -1, 0) - Eigen::Vector3d(0, 1, 0)).norm(), 1e-9);  // image top: east
   EXPECT_LT((direction(1, 0, 0) - Eigen::Vector3d(-1, 0, 0)).norm(), 1e-9);  // image right: south
@@ -104,14 +107,18 @@ TEST(PhotoFlight, RtkHeightsAreAboveTheEllipsoidAndHaveSigmas) {
   EXPECT_EQ(pose.sigma->position_north_east_down_m, Eigen::Vector3d(0.011, 0.012, 0.03));
   options.sea_level = kSea;
   const Flight by_takeoff = read_flight(folder.path(), options).value();
-  EXPECT_NEAR(by_takeoff.camera_pose(by_takeoff.frames[1], Duration{0})->sea_from_camera.origin().v.z(), -45.0, 0.01);
+  EXPECT_NEAR(
+      by_takeoff.camera_pose(by_takeoff.frames[1], Duration{0})->sea_from_camera.origin().v.z(),
+      -45.0, 0.01);
 }
 
 TEST(PhotoFlight, MarksGiveSigmasAndTimes) {
   // The form of DJI's own files; GPS week 1902 begins 2016-06-19.
   const std::string mrk =
-      "10\t407400.500000\t[1902]\t   -51,N\t   -79,E\t   242,V\t78.90000000,Lat\t11.90000000,Lon\t77.894,Ellh\t0.012127, 0.011934, 0.027352\t50,Q\n"
-      "10\t407400.500000\t[1902]\t0,N\t0,E\t0,V\t60.00000000,Lat\t11.90000000,Lon\t77.894,Ellh\t9, 9, 9\t50,Q\n"
+      "10\t407400.500000\t[1902]\t   -51,N\t   -79,E\t   "
+      "242,V\t78.90000000,Lat\t11.90000000,Lon\t77.894,Ellh\t0.012127, 0.011934, 0.027352\t50,Q\n"
+      "10\t407400.500000\t[1902]\t0,N\t0,E\t0,V\t60.00000000,Lat\t11.90000000,Lon\t77.894,Ellh\t9, "
+      "9, 9\t50,Q\n"
       "not a mark\n";
   const auto marks = parse_rtk_marks(mrk);
   ASSERT_THAT(marks, SizeIs(2));
@@ -155,7 +162,8 @@ TEST(PhotoFlight, WithoutAttitudeAPhotographIsLeftOutOrTakenAsNadirWhenTold) {
 TEST(PhotoFlight, ABodyAttitudeAloneNeedsAMount) {
   const TemporaryFolder folder;
   Photo p = photo(0);
-  for (const char* key : {"GimbalYawDegree", "GimbalPitchDegree", "GimbalRollDegree"}) p.dji.erase(key);
+  for (const char* key : {"GimbalYawDegree", "GimbalPitchDegree", "GimbalRollDegree"})
+    p.dji.erase(key);
   write(folder.path() / name(0), make_photo(p));
   const Flight assumed = read_photo_flight(folder.path(), {}).value().flight;
   EXPECT_TRUE(assumed.mount.assumed);
@@ -176,7 +184,8 @@ TEST(PhotoFlight, MixedCamerasAreNamed) {
     write(folder.path() / name(1), make_photo(other));
     const auto flight = read_flight(folder.path());
     ASSERT_FALSE(flight) << kind;
-    EXPECT_THAT(flight.error().message, AllOf(HasSubstr("two cameras are mixed"), HasSubstr(name(0)), HasSubstr(name(1))));
+    EXPECT_THAT(flight.error().message,
+                AllOf(HasSubstr("two cameras are mixed"), HasSubstr(name(0)), HasSubstr(name(1))));
   }
 }
 
@@ -185,12 +194,14 @@ TEST(PhotoFlight, ACalibrationForAnotherShapeIsRefusedAndOneOfTheSameIsScaled) {
   write(folder.path() / name(0), make_photo(photo(0)));
   const auto yaml = [](int w, int h) {
     return "image_width: " + std::to_string(w) + "\nimage_height: " + std::to_string(h) +
-           "\ncamera_matrix: {rows: 3, cols: 3, data: [2000., 0., 999.5, 0., 2000., 562., 0., 0., 1.]}\n";
+           "\ncamera_matrix: {rows: 3, cols: 3, data: [2000., 0., 999.5, 0., 2000., 562., 0., 0., "
+           "1.]}\n";
   };
   write(folder.path() / "camera.yaml", yaml(1640, 922));
   const auto wrong = read_flight(folder.path());
   ASSERT_FALSE(wrong);
-  EXPECT_THAT(wrong.error().message, AllOf(HasSubstr("1640x922"), HasSubstr("400x300"), HasSubstr(name(0))));
+  EXPECT_THAT(wrong.error().message,
+              AllOf(HasSubstr("1640x922"), HasSubstr("400x300"), HasSubstr(name(0))));
   write(folder.path() / "camera.yaml", yaml(2000, 1500));
   const auto scaled = read_flight(folder.path());
   ASSERT_TRUE(scaled) << scaled.error().message;
@@ -236,7 +247,8 @@ TEST(PhotoFlight, NoHeightAboveTakeOffMeansNoTakeOffSeaLevel) {
   EXPECT_THAT(read_flight(folder.path(), options).error().message, HasSubstr("take-off"));
   options.sea_level = SeaLevelOption{SeaReference::Geoid, 0};
   const Flight flight = read_flight(folder.path(), options).value();
-  EXPECT_NEAR(flight.camera_pose(flight.frames[0], Duration{0})->sea_from_camera.origin().v.z(), -198.3, 1e-6);
+  EXPECT_NEAR(flight.camera_pose(flight.frames[0], Duration{0})->sea_from_camera.origin().v.z(),
+              -198.3, 1e-6);
 }
 
 TEST(PhotoFlight, BrightonBeachIsReadWhole) {
@@ -251,22 +263,31 @@ TEST(PhotoFlight, BrightonBeachIsReadWhole) {
   EXPECT_NEAR(flight->camera.focal_px(), 2340, 10);
   const auto t = CsvTable::parse(read_text(*data / "poses.csv").value(), "poses.csv").value();
   for (std::size_t row = 0; row < t.rows(); ++row) {
-    const auto value = [&](const char* column) { return t.number(row, t.column(column).value()).value(); };
+    const auto value = [&](const char* column) {
+      return t.number(row, t.column(column).value()).value();
+    };
     const ImageFrame& frame = flight->frames[row];
     EXPECT_EQ("images/" + frame.name, t.cell(row, 0));
-    EXPECT_EQ(frame.captured_at, parse_exif_time(t.cell(row, t.column("DateTimeOriginal").value())));
+    EXPECT_EQ(frame.captured_at,
+              parse_exif_time(t.cell(row, t.column("DateTimeOriginal").value())));
     const auto pose = flight->camera_pose(frame, Duration{0}).value();
     EXPECT_NEAR(pose.camera.latitude.degrees(), value("GPSLatitude"), 1e-11);
     EXPECT_NEAR(pose.camera.longitude.degrees(), value("GPSLongitude"), 1e-11);
     EXPECT_NEAR(-pose.sea_from_camera.origin().v.z(), value("RelativeAltitude"), 1e-6);
     // The image's top points where the gimbal's yaw says; its pitch is up to 0.1° off nadir.
     const Eigen::Vector3d top = (pose.sea_from_camera * Vector<Camera>{{0, -1, 0}}).v;
-    EXPECT_NEAR((Angle::radians(std::atan2(top.y(), top.x())) - Angle::degrees(value("GimbalYawDegree"))).wrapped().degrees(), 0, 0.01);
+    EXPECT_NEAR(
+        (Angle::radians(std::atan2(top.y(), top.x())) - Angle::degrees(value("GimbalYawDegree")))
+            .wrapped()
+            .degrees(),
+        0, 0.01);
     const Eigen::Vector3d axis = (pose.sea_from_camera * Vector<Camera>{{0, 0, 1}}).v;
-    EXPECT_NEAR(Angle::radians(std::acos(std::min(1.0, axis.z()))).degrees(), 90 + value("GimbalPitchDegree"), 0.01);
+    EXPECT_NEAR(Angle::radians(std::acos(std::min(1.0, axis.z()))).degrees(),
+                90 + value("GimbalPitchDegree"), 0.01);
     // The body's attitude, against the angles of the file.
-    const YawPitchRoll body = yaw_pitch_roll(flight->datum.world_from_ned_rotation(pose.camera).conjugate() *
-                                             frame.own_pose->world_from_body.rotation());
+    const YawPitchRoll body =
+        yaw_pitch_roll(flight->datum.world_from_ned_rotation(pose.camera).conjugate() *
+                       frame.own_pose->world_from_body.rotation());
     EXPECT_NEAR(body.roll.degrees(), value("FlightRollDegree"), 1e-9);
     EXPECT_NEAR(body.pitch.degrees(), value("FlightPitchDegree"), 1e-9);
     EXPECT_NEAR((body.yaw - Angle::degrees(value("FlightYawDegree"))).wrapped().degrees(), 0, 1e-9);

@@ -54,8 +54,8 @@ std::uint32_t mean_of_four(std::uint32_t a, std::uint32_t b, std::uint32_t c, st
   constexpr std::uint32_t kPair = 0x00ff00ff;
   constexpr std::uint32_t kHalf = 0x00020002;
   const std::uint32_t even = (a & kPair) + (b & kPair) + (c & kPair) + (d & kPair) + kHalf;
-  const std::uint32_t odd = ((a >> 8) & kPair) + ((b >> 8) & kPair) + ((c >> 8) & kPair) +
-                            ((d >> 8) & kPair) + kHalf;
+  const std::uint32_t odd =
+      ((a >> 8) & kPair) + ((b >> 8) & kPair) + ((c >> 8) & kPair) + ((d >> 8) & kPair) + kHalf;
   return ((even >> 2) & kPair) | (((odd >> 2) & kPair) << 8);
 }
 
@@ -65,7 +65,8 @@ std::uint32_t mean_of_seen(const std::array<std::uint32_t, 4>& cells) {
   std::uint32_t count = 0;
   for (const std::uint32_t cell : cells) {
     if ((cell >> 24) == 0) continue;
-    for (unsigned channel = 0; channel < 3; ++channel) sum[channel] += (cell >> (8 * channel)) & 255;
+    for (unsigned channel = 0; channel < 3; ++channel)
+      sum[channel] += (cell >> (8 * channel)) & 255;
     ++count;
   }
   if (count == 0) return 0;
@@ -82,7 +83,8 @@ cv::Mat mean_color(const cv::Mat& bgra) {
     for (int c = 0; c < half.cols; ++c) {
       const int left = 2 * c;
       const int right = std::min(2 * c + 1, last);
-      const std::array<std::uint32_t, 4> cells = {upper[left], upper[right], lower[left], lower[right]};
+      const std::array<std::uint32_t, 4> cells = {upper[left], upper[right], lower[left],
+                                                  lower[right]};
       const bool all = ((cells[0] & cells[1] & cells[2] & cells[3]) >> 24) == 255;
       to[c] = all ? mean_of_four(cells[0], cells[1], cells[2], cells[3]) : mean_of_seen(cells);
     }

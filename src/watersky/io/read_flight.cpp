@@ -3,8 +3,8 @@
 
 #include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
-#include "watersky/io/log_flight.hpp"
 #include "watersky/io/image_file.hpp"
+#include "watersky/io/log_flight.hpp"
 #include "watersky/io/photo_flight.hpp"
 #include "watersky/io/video.hpp"
 #include "watersky/io/video_flight.hpp"
@@ -20,7 +20,8 @@ Result<std::optional<fs::path>> log_of(const fs::path& folder, const ReadOptions
   if (options.log) return options.log;
   WATERSKY_TRY(const auto logs, files_with_extension(folder, {".tlog"}));
   if (logs.size() > 1)
-    return Error{ErrorCode::InvalidInput, folder.string() + ": holds " + std::to_string(logs.size()) +
+    return Error{ErrorCode::InvalidInput, folder.string() + ": holds " +
+                                              std::to_string(logs.size()) +
                                               " logs; say which with --log FILE"};
   return logs.empty() ? std::optional<fs::path>{} : std::optional(logs.front());
 }
@@ -37,7 +38,8 @@ Result<std::optional<fs::path>> video_of(const fs::path& path) {
   }
   WATERSKY_TRY(const auto videos, list_videos(path));
   if (videos.size() > 1)
-    return Error{ErrorCode::InvalidInput, path.string() + ": holds " + std::to_string(videos.size()) +
+    return Error{ErrorCode::InvalidInput, path.string() + ": holds " +
+                                              std::to_string(videos.size()) +
                                               " videos; a flight is one of them: give that file"};
   return videos.empty() ? std::optional<fs::path>() : std::optional(videos.front());
 }
@@ -57,15 +59,20 @@ Result<RecordingKind> recording_kind(const fs::path& path, const ReadOptions& op
   }
   if (!is_folder) {
     if (lower_extension(path) == ".tlog")
-      return Error{ErrorCode::Unsupported, path.string() + ": is a log without images; give the photographs' folder or the video, and the log with --log"};
+      return Error{ErrorCode::Unsupported, path.string() +
+                                               ": is a log without images; give the photographs' "
+                                               "folder or the video, and the log with --log"};
     return Error{ErrorCode::Unsupported,
-                 path.string() + ": is neither a folder nor a video; give a flight folder, a folder of photographs or a video (.mp4, .mov, .mkv, .avi, .ts)"};
+                 path.string() +
+                     ": is neither a folder nor a video; give a flight folder, a folder of "
+                     "photographs or a video (.mp4, .mov, .mkv, .avi, .ts)"};
   }
   WATERSKY_TRY(const auto log, log_of(path, options));
   return log ? RecordingKind::PhotographsWithLog : RecordingKind::Photographs;
 }
 
-Result<Flight> read_flight(const fs::path& path, const ReadOptions& options, const Progress& progress) {
+Result<Flight> read_flight(const fs::path& path, const ReadOptions& options,
+                           const Progress& progress) {
   WATERSKY_TRY(const RecordingKind kind, recording_kind(path, options));
   std::optional<RecordedFlight> recorded;
   switch (kind) {

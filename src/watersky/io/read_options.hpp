@@ -15,10 +15,10 @@ namespace watersky {
 struct ReadOptions {
   std::optional<std::filesystem::path> camera_file;  ///< an OpenCV calibration
   std::optional<double> focal_px;
-  std::optional<YawPitchRoll> mount;                 ///< of the camera in the body (or on the gimbal)
-  std::optional<std::filesystem::path> log;          ///< an autopilot's log for photographs
+  std::optional<YawPitchRoll> mount;         ///< of the camera in the body (or on the gimbal)
+  std::optional<std::filesystem::path> log;  ///< an autopilot's log for photographs
   std::optional<SeaLevelOption> sea_level;
-  std::optional<double> delay_s;                     ///< received minus captured
+  std::optional<double> delay_s;  ///< received minus captured
   /// Photographs without attitude are taken as looking straight down, with a stated sigma.
   bool assume_nadir = false;
   /// Where the UTC of an image stands in its name: Y M D h m s and c for fractions of a second,

@@ -22,13 +22,15 @@ TEST(SeaLevelOption, ReadsTheThreeReferences) {
 }
 
 TEST(SeaLevelOption, AnythingElseIsTheCallersFaultAndNamesTheChoices) {
-  for (const char* bad : {"", "0", "takeoff", "takeoff:", "takeoff:x", "sea:0", "geoid:nan", "geoid:1e9", "Geoid:0", "geoid:0m"}) {
+  for (const char* bad : {"", "0", "takeoff", "takeoff:", "takeoff:x", "sea:0", "geoid:nan",
+                          "geoid:1e9", "Geoid:0", "geoid:0m"}) {
     const auto option = parse_sea_level_option(bad);
     ASSERT_FALSE(option) << bad;
     EXPECT_EQ(option.error().code, ErrorCode::Usage);
     EXPECT_THAT(option.error().message, HasSubstr("takeoff:M, geoid:M, ellipsoid:M"));
   }
-  for (const char* choice : {"takeoff:", "geoid:", "ellipsoid:"}) EXPECT_THAT(explain_sea_level(), HasSubstr(choice));
+  for (const char* choice : {"takeoff:", "geoid:", "ellipsoid:"})
+    EXPECT_THAT(explain_sea_level(), HasSubstr(choice));
 }
 
 TEST(SeaLevel, EachReferenceIsWhereItSays) {
@@ -43,8 +45,10 @@ TEST(SeaLevel, EachReferenceIsWhereItSays) {
 }
 
 TEST(SeaLevel, WhatTheRecordingLacksIsSaid) {
-  EXPECT_THAT(make_sea_level({SeaReference::TakeOff, -40}, std::nullopt).error().message, HasSubstr("geoid:M"));
-  EXPECT_THAT(make_sea_level({SeaReference::Geoid, 0}, TakeOff{0, false}).error().message, HasSubstr("takeoff:M"));
+  EXPECT_THAT(make_sea_level({SeaReference::TakeOff, -40}, std::nullopt).error().message,
+              HasSubstr("geoid:M"));
+  EXPECT_THAT(make_sea_level({SeaReference::Geoid, 0}, TakeOff{0, false}).error().message,
+              HasSubstr("takeoff:M"));
 }
 
 TEST(MountOption, IsRollPitchYaw) {

@@ -22,7 +22,8 @@ struct TruthGrid {
   cv::Size cells;
 
   /// (column, row), a cell being [c, c + 1); NaN off the projection.
-  [[nodiscard]] Eigen::Vector2d operator()(const sim::Sea& sea, const Eigen::Vector2d& north_east_m) const {
+  [[nodiscard]] Eigen::Vector2d operator()(const sim::Sea& sea,
+                                           const Eigen::Vector2d& north_east_m) const {
     const Geodetic place = sea.geodetic(north_east_m);
     const auto en = projection.forward(place.latitude, place.longitude);
     if (!en) return Eigen::Vector2d::Constant(std::nan(""));
@@ -34,7 +35,8 @@ Result<TruthGrid> grid_around(const sim::Sea& sea, double cell_m) {
   WATERSKY_TRY(Projection projection, Projection::for_place(sea.anchor()));
   TruthGrid grid{std::move(projection), 0.0, 0.0, 1.0, {}};
   const double n = sea.extent().north_m / 2, e = sea.extent().east_m / 2;
-  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity()),
+                  high = -low;
   for (const double sn : {-1.0, 1.0})
     for (const double se : {-1.0, 1.0}) {
       const Eigen::Vector2d p = grid(sea, {sn * n, se * e});
@@ -51,14 +53,17 @@ Result<TruthGrid> grid_around(const sim::Sea& sea, double cell_m) {
                 static_cast<int>(std::ceil((grid.north_m + high.y()) / cell_m))};
   constexpr int kMaxEdge = 30000;
   if (grid.cells.width > kMaxEdge || grid.cells.height > kMaxEdge)
-    return Error{ErrorCode::Usage, "truth.tif would have more than 30000 cells along an edge; use larger truth cells"};
+    return Error{
+        ErrorCode::Usage,
+        "truth.tif would have more than 30000 cells along an edge; use larger truth cells"};
   return grid;
 }
 
 Status write_truth(const sim::Truth& truth, const fs::path& folder, double cell_m) {
   const sim::Sea& sea = truth.sea;
   WATERSKY_TRY(const TruthGrid grid, grid_around(sea, cell_m));
-  const cv::Mat share = sim::ice_fraction(sea, grid.cells, [&](const Eigen::Vector2d& p) { return grid(sea, p); });
+  const cv::Mat share =
+      sim::ice_fraction(sea, grid.cells, [&](const Eigen::Vector2d& p) { return grid(sea, p); });
 
   // Outside the scene's rectangle nobody knows: the share of a sea that is ice all over says where.
   sim::AreaCoverage scene(grid.cells);
@@ -68,17 +73,19 @@ Status write_truth(const sim::Truth& truth, const fs::path& folder, double cell_
   cv::Mat raster(grid.cells, CV_8U, cv::Scalar(255));
   for (int r = 0; r < raster.rows; ++r)
     for (int c = 0; c < raster.cols; ++c)
-      if (std::abs(inside.at<float>(r, c)) > 0.999F) raster.at<uchar>(r, c) = share.at<float>(r, c) >= 0.5F ? 1 : 0;
-  WATERSKY_CHECK(write_geotiff(folder / "truth.tif", raster,
-                               {{grid.west_m, cell_m, 0, grid.north_m, 0, -cell_m}, grid.projection.wkt()},
-                               {.description = "ice 1, water 0", .unit = "1", .metadata = {}}));
+      if (std::abs(inside.at<float>(r, c)) > 0.999F)
+        raster.at<uchar>(r, c) = share.at<float>(r, c) >= 0.5F ? 1 : 0;
+  WATERSKY_CHECK(
+      write_geotiff(folder / "truth.tif", raster,
+                    {{grid.west_m, cell_m, 0, grid.north_m, 0, -cell_m}, grid.projection.wkt()},
+                    {.description = "ice 1, water 0", .unit = "1", .metadata = {}}));
 
   std::string csv = "id,north_m,east_m,radius_m,max_length_m,isolated\n";
   for (const sim::IceObject& object : sea.objects()) {
     const Eigen::Vector3d p = truth.world(object.centre_north_east_m).v;
     char line[160];
-    std::snprintf(line, sizeof line, "%d,%.4f,%.4f,%.4f,%.4f,%d\n", object.id, p.x(), p.y(), object.equivalent_radius_m,
-                  object.max_length_m, object.isolated ? 1 : 0);
+    std::snprintf(line, sizeof line, "%d,%.4f,%.4f,%.4f,%.4f,%d\n", object.id, p.x(), p.y(),
+                  object.equivalent_radius_m, object.max_length_m, object.isolated ? 1 : 0);
     csv += line;
   }
   return write_file(folder / "objects.csv", csv);
@@ -86,15 +93,19 @@ Status write_truth(const sim::Truth& truth, const fs::path& folder, double cell_
 
 }  // namespace
 
-Status write_simulation(const sim::Simulation& simulation, const fs::path& out, const WriteSimulationOptions& options,
-                        const Progress& progress) {
-  if (!(options.truth_cell_m > 0)) return Error{ErrorCode::Usage, "a truth cell's edge must be longer than 0 m"};
+Status write_simulation(const sim::Simulation& simulation, const fs::path& out,
+                        const WriteSimulationOptions& options, const Progress& progress) {
+  if (!(options.truth_cell_m > 0))
+    return Error{ErrorCode::Usage, "a truth cell's edge must be longer than 0 m"};
   std::error_code error;
   if (fs::exists(fs::symlink_status(out, error))) {
     if (!options.overwrite)
-      return Error{ErrorCode::Exists, out.string() + " exists; give another name, or --overwrite to replace a flight folder"};
+      return Error{
+          ErrorCode::Exists,
+          out.string() + " exists; give another name, or --overwrite to replace a flight folder"};
     if (!fs::exists(out / "flight.yaml", error))
-      return Error{ErrorCode::Exists, out.string() + " exists and is no flight folder; give another name"};
+      return Error{ErrorCode::Exists,
+                   out.string() + " exists and is no flight folder; give another name"};
   }
 
   WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(out));
@@ -102,7 +113,8 @@ Status write_simulation(const sim::Simulation& simulation, const fs::path& out, 
   WATERSKY_TRY(const std::vector<LeftOut> left_out,
                write_flight_folder(simulation.flight, partial.path(), {}, progress));
   if (!left_out.empty())
-    return Error{ErrorCode::Io, out.string() + ": frame " + left_out.front().file + " could not be written: " + left_out.front().reason};
+    return Error{ErrorCode::Io, out.string() + ": frame " + left_out.front().file +
+                                    " could not be written: " + left_out.front().reason};
   fs::create_directory(partial.path() / "truth", error);
   if (error) return Error{ErrorCode::Io, out.string() + ": " + error.message()};
   WATERSKY_CHECK(write_truth(simulation.truth, partial.path() / "truth", options.truth_cell_m));

@@ -10,7 +10,7 @@
 namespace watersky {
 
 struct WriteSimulationOptions {
-  bool overwrite = false;     ///< replace a flight folder
+  bool overwrite = false;      ///< replace a flight folder
   double truth_cell_m = 0.25;  ///< of truth.tif
 };
 
@@ -18,7 +18,9 @@ struct WriteSimulationOptions {
 /// the projection that Projection::for_place chooses) and truth/objects.csv (id, north_m, east_m,
 /// radius_m, max_length_m, isolated; positions in World). OUT appears whole or not at all; Exists
 /// when it is there, unless it is a flight folder and may be overwritten.
-[[nodiscard]] Status write_simulation(const sim::Simulation& simulation, const std::filesystem::path& out,
-                                      const WriteSimulationOptions& options = {}, const Progress& progress = {});
+[[nodiscard]] Status write_simulation(const sim::Simulation& simulation,
+                                      const std::filesystem::path& out,
+                                      const WriteSimulationOptions& options = {},
+                                      const Progress& progress = {});
 
 }  // namespace watersky

@@ -33,10 +33,11 @@ Error bad(const fs::path& file, const std::string& what) {
 /// ffprobe's JSON about the first video stream.
 Result<json> run_ffprobe(const fs::path& file, const std::string& entries) {
   WATERSKY_TRY(detail::ChildProcess process,
-               detail::ChildProcess::start({"ffprobe", "-hide_banner", "-loglevel", "error", "-protocol_whitelist", "file",
-                                            "-select_streams", "V:0", "-show_entries", entries, "-of", "json=compact=1",
-                                            "file:" + file.string()},
-                                           "ffmpeg"));
+               detail::ChildProcess::start(
+                   {"ffprobe", "-hide_banner", "-loglevel", "error", "-protocol_whitelist", "file",
+                    "-select_streams", "V:0", "-show_entries", entries, "-of", "json=compact=1",
+                    "file:" + file.string()},
+                   "ffmpeg"));
   std::string text, complaint;
   const auto on_line = [&](std::string_view line) { complaint = line.substr(0, 160); };
   constexpr std::size_t kPiece = std::size_t{1} << 20;
@@ -50,8 +51,10 @@ Result<json> run_ffprobe(const fs::path& file, const std::string& entries) {
     more = *read == kPiece;
   }
   json out = json::parse(text, nullptr, false);
-  if (!out.is_object() || !out.contains("streams") || !out["streams"].is_array() || out["streams"].empty())
-    return bad(file, "is no video that can be read" + (complaint.empty() ? "" : " (ffprobe: " + complaint + ")"));
+  if (!out.is_object() || !out.contains("streams") || !out["streams"].is_array() ||
+      out["streams"].empty())
+    return bad(file, "is no video that can be read" +
+                         (complaint.empty() ? "" : " (ffprobe: " + complaint + ")"));
   return out;
 }
 
@@ -107,7 +110,8 @@ const json& list_of(const json& object, const char* key) {
 
 Status read_stream(const json& stream, VideoInfo& info) {
   info.stream = static_cast<int>(integer_of(stream, "index").value_or(0));
-  const auto width = integer_of(stream, "width").value_or(0), height = integer_of(stream, "height").value_or(0);
+  const auto width = integer_of(stream, "width").value_or(0),
+             height = integer_of(stream, "height").value_or(0);
   if (width <= 0 || height <= 0 || width > kMaxSide || height > kMaxSide)
     return bad(info.path, "says nothing credible about the size of its images");
   info.width_px = static_cast<int>(width);
@@ -117,8 +121,10 @@ Status read_stream(const json& stream, VideoInfo& info) {
   info.gray = pixels.starts_with("gray");
   info.sixteen_bit = info.gray && pixels != "gray";
   for (const json& side : list_of(stream, "side_data_list"))
-    if (const auto it = side.find("rotation"); it != side.end() && it->is_number()) info.rotation_deg = it->get<double>();
-  info.frames_promised = static_cast<std::size_t>(std::max<std::int64_t>(0, integer_of(stream, "nb_frames").value_or(0)));
+    if (const auto it = side.find("rotation"); it != side.end() && it->is_number())
+      info.rotation_deg = it->get<double>();
+  info.frames_promised = static_cast<std::size_t>(
+      std::max<std::int64_t>(0, integer_of(stream, "nb_frames").value_or(0)));
   info.creation_time = creation_time_of(stream);
 
   const std::string tick = text_of(stream, "time_base");
@@ -126,8 +132,9 @@ Status read_stream(const json& stream, VideoInfo& info) {
   const auto [slash, ec] = std::from_chars(tick.data(), end, info.tick_numerator);
   const bool divided = ec == std::errc() && slash != end && *slash == '/';
   constexpr std::int64_t kMaxTick = 1'000'000'000;
-  if (!divided || std::from_chars(slash + 1, end, info.tick_denominator).ec != std::errc() || info.tick_numerator <= 0 ||
-      info.tick_denominator <= 0 || info.tick_numerator > kMaxTick || info.tick_denominator > kMaxTick)
+  if (!divided || std::from_chars(slash + 1, end, info.tick_denominator).ec != std::errc() ||
+      info.tick_numerator <= 0 || info.tick_denominator <= 0 || info.tick_numerator > kMaxTick ||
+      info.tick_denominator > kMaxTick)
     return bad(info.path, "says nothing credible about its time base");
   return {};
 }
@@ -139,7 +146,8 @@ Duration VideoInfo::after_first(std::size_t frame) const {
   // In two steps, so that nothing overflows: probe_video() has seen to it that days fit.
   const std::int64_t since = (frames[frame].pts - frames.front().pts) * tick_numerator;
   const std::int64_t whole = since / tick_denominator, rest = since % tick_denominator;
-  return std::chrono::seconds(whole) + Duration((rest * 1'000'000'000 + tick_denominator / 2) / tick_denominator);
+  return std::chrono::seconds(whole) +
+         Duration((rest * 1'000'000'000 + tick_denominator / 2) / tick_denominator);
 }
 
 double VideoInfo::rate_hz() const {
@@ -157,7 +165,8 @@ Result<std::vector<fs::path>> list_videos(const fs::path& folder) {
 
 Result<VideoInfo> probe_video(const fs::path& file) {
   std::error_code ec;
-  if (!fs::exists(file, ec)) return Error{ErrorCode::NotFound, file.string() + ": there is no such file"};
+  if (!fs::exists(file, ec))
+    return Error{ErrorCode::NotFound, file.string() + ": there is no such file"};
   if (!fs::is_regular_file(file, ec)) return bad(file, "is not a file");
   const std::string stream_entries =
       "stream=index,codec_name,width,height,pix_fmt,time_base,nb_frames:stream_tags=creation_time:"
@@ -166,7 +175,8 @@ Result<VideoInfo> probe_video(const fs::path& file) {
   VideoInfo info;
   info.path = file;
   WATERSKY_CHECK(read_stream(listed["streams"].front(), info));
-  if (!info.creation_time && listed.contains("format")) info.creation_time = creation_time_of(listed["format"]);
+  if (!info.creation_time && listed.contains("format"))
+    info.creation_time = creation_time_of(listed["format"]);
 
   const json& packets = list_of(listed, "packets");
   info.frames = frames_from_packets(packets);
@@ -174,7 +184,8 @@ Result<VideoInfo> probe_video(const fs::path& file) {
   if (info.frames_promised <= packets.size()) info.frames_promised = info.frames.size();
   if (info.frames.empty()) {
     info.frames_promised = 0;
-    WATERSKY_TRY(const json decoded, run_ffprobe(file, "stream=index:frame=best_effort_timestamp,key_frame"));
+    WATERSKY_TRY(const json decoded,
+                 run_ffprobe(file, "stream=index:frame=best_effort_timestamp,key_frame"));
     info.frames = frames_from_decoding(list_of(decoded, "frames"));
   }
   if (info.frames.empty()) return bad(file, "holds no frame that can be read; is it cut short?");
@@ -184,9 +195,11 @@ Result<VideoInfo> probe_video(const fs::path& file) {
   info.frames.erase(std::unique(info.frames.begin(), info.frames.end(), same), info.frames.end());
 
   constexpr double kLongest_s = 10 * 86'400.0;
-  const double span = (static_cast<double>(info.frames.back().pts) - static_cast<double>(info.frames.front().pts)) *
-                      static_cast<double>(info.tick_numerator) / static_cast<double>(info.tick_denominator);
-  if (span > kLongest_s) return bad(file, "spans more than ten days by its frames' times; it is damaged");
+  const double span =
+      (static_cast<double>(info.frames.back().pts) - static_cast<double>(info.frames.front().pts)) *
+      static_cast<double>(info.tick_numerator) / static_cast<double>(info.tick_denominator);
+  if (span > kLongest_s)
+    return bad(file, "spans more than ten days by its frames' times; it is damaged");
   return info;
 }
 
@@ -194,13 +207,16 @@ std::vector<std::size_t> choose_video_frames(const VideoInfo& info, double inter
   const detail::FrameChoice choice = detail::frame_choice(info, interval_s);
   std::vector<std::size_t> chosen;
   for (std::size_t i = 0; i < info.frames.size(); ++i)
-    if (chosen.empty() || choice.run_of(info.frames[i].pts) > choice.run_of(info.frames[chosen.back()].pts)) chosen.push_back(i);
+    if (chosen.empty() ||
+        choice.run_of(info.frames[i].pts) > choice.run_of(info.frames[chosen.back()].pts))
+      chosen.push_back(i);
   return chosen;
 }
 
 std::vector<ImageFrame> video_frames(const VideoInfo& info, double interval_s, Time start) {
   const std::vector<std::size_t> chosen = choose_video_frames(info, interval_s);
-  const auto decoder = std::make_shared<detail::VideoDecoder>(info, detail::frame_choice(info, interval_s), chosen);
+  const auto decoder =
+      std::make_shared<detail::VideoDecoder>(info, detail::frame_choice(info, interval_s), chosen);
   std::vector<ImageFrame> frames;
   for (std::size_t k = 0; k < chosen.size(); ++k) {
     ImageFrame frame;

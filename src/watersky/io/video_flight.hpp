@@ -7,7 +7,8 @@ namespace watersky {
 
 /// The log that belongs to a video: --log, the .tlog of the same stem beside it, or the only one
 /// there. NotFound, or InvalidInput when there are several.
-[[nodiscard]] Result<std::filesystem::path> log_of_video(const std::filesystem::path& video, const ReadOptions& options);
+[[nodiscard]] Result<std::filesystem::path> log_of_video(const std::filesystem::path& video,
+                                                         const ReadOptions& options);
 
 /// One frame every ReadOptions::video_frame_interval_s. The UTC of the first frame, in this
 /// order: ReadOptions::video_start; the name by ReadOptions::name_pattern, or a UTC time that is
@@ -16,6 +17,7 @@ namespace watersky {
 /// camera.yaml beside the video. Everything else as read_log_flight().
 [[nodiscard]] Result<RecordedFlight> read_video_flight(const std::filesystem::path& video,
                                                        const std::filesystem::path& log,
-                                                       const ReadOptions& options, const Progress& progress = {});
+                                                       const ReadOptions& options,
+                                                       const Progress& progress = {});
 
 }  // namespace watersky

@@ -40,22 +40,28 @@ cv::Mat picture(int n) {
   cv::Mat image(kHeight, kWidth, CV_8UC3);
   for (int v = 0; v < kHeight; ++v)
     for (int u = 0; u < kWidth; ++u)
-      image.at<cv::Vec3b>(v, u) = cv::Vec3b(static_cast<uchar>(3 * u), static_cast<uchar>(5 * v), static_cast<uchar>(n % 256));
+      image.at<cv::Vec3b>(v, u) = cv::Vec3b(static_cast<uchar>(3 * u), static_cast<uchar>(5 * v),
+                                            static_cast<uchar>(n % 256));
   for (int bit = 0; bit < 8; ++bit)
-    image(cv::Rect(2 + 8 * bit, 10, 6, 6)).setTo((n >> bit) & 1 ? cv::Scalar(255, 255, 255) : cv::Scalar(0, 0, 0));
+    image(cv::Rect(2 + 8 * bit, 10, 6, 6))
+        .setTo((n >> bit) & 1 ? cv::Scalar(255, 255, 255) : cv::Scalar(0, 0, 0));
   return image;
 }
 
 bool have_ffmpeg() {
-  static const bool here = std::system("ffmpeg -version >/dev/null 2>&1 && ffprobe -version >/dev/null 2>&1") == 0;
+  static const bool here =
+      std::system("ffmpeg -version >/dev/null 2>&1 && ffprobe -version >/dev/null 2>&1") == 0;
   return here;
 }
 
 /// Encodes pictures 0 to `frames`, not through the code under test.
-void make_video(const fs::path& file, int frames, const std::string& codec, const std::string& more = "", bool gray16 = false) {
-  const std::string command = "ffmpeg -v error -y -f rawvideo -pix_fmt " + std::string(gray16 ? "gray16le" : "bgr24") + " -s " +
-                              std::to_string(kWidth) + "x" + std::to_string(kHeight) + " -r " + std::to_string(kRate_hz) +
-                              " -i pipe:0 -c:v " + codec + " " + more + " '" + file.string() + "'";
+void make_video(const fs::path& file, int frames, const std::string& codec,
+                const std::string& more = "", bool gray16 = false) {
+  const std::string command = "ffmpeg -v error -y -f rawvideo -pix_fmt " +
+                              std::string(gray16 ? "gray16le" : "bgr24") + " -s " +
+                              std::to_string(kWidth) + "x" + std::to_string(kHeight) + " -r " +
+                              std::to_string(kRate_hz) + " -i pipe:0 -c:v " + codec + " " + more +
+                              " '" + file.string() + "'";
   std::FILE* pipe = ::popen(command.c_str(), "w");
   ASSERT_NE(pipe, nullptr);
   for (int n = 0; n < frames; ++n) {
@@ -82,7 +88,9 @@ Bytes straight_log(double length_s) {
     a.set("time_boot_ms", t * 1e3).set("yaw", Angle::degrees(30).radians());
     send(a, t);
     mavlink::Message p(*mavlink::find_message("GLOBAL_POSITION_INT"));
-    p.set("time_boot_ms", t * 1e3).set("lat", (78.9 + 10.0 * t / 111'660.0) * 1e7).set("lon", 11.9e7);
+    p.set("time_boot_ms", t * 1e3)
+        .set("lat", (78.9 + 10.0 * t / 111'660.0) * 1e7)
+        .set("lon", 11.9e7);
     p.set("alt", 95e3).set("relative_alt", 80e3);
     send(p, t);
   }
@@ -112,9 +120,10 @@ TEST_F(Video, EveryFrameIsItselfWhateverTheOrderAndTheCodec) {
     const char* name;
     std::string codec, options;
   };
-  for (const Case& c : {Case{"a.mp4", kLossless, kLosslessOptions}, Case{"b.mp4", kLossless, "-qp 0 -g 15 -bf 3"},
-                        Case{"c.mkv", "ffv1", "-pix_fmt bgr0"}, Case{"d.ts", kLossless, "-qp 0 -g 10 -bf 2"},
-                        Case{"e.avi", "ffv1", "-pix_fmt bgr0"}, Case{"f.mov", kLossless, "-qp 0 -g 250"}}) {
+  for (const Case& c :
+       {Case{"a.mp4", kLossless, kLosslessOptions}, Case{"b.mp4", kLossless, "-qp 0 -g 15 -bf 3"},
+        Case{"c.mkv", "ffv1", "-pix_fmt bgr0"}, Case{"d.ts", kLossless, "-qp 0 -g 10 -bf 2"},
+        Case{"e.avi", "ffv1", "-pix_fmt bgr0"}, Case{"f.mov", kLossless, "-qp 0 -g 250"}}) {
     const fs::path file = folder.path() / c.name;
     make_video(file, 100, c.codec, c.options);
     const auto info = probe_video(file);
@@ -128,7 +137,9 @@ TEST_F(Video, EveryFrameIsItselfWhateverTheOrderAndTheCodec) {
     EXPECT_EQ(frames[7].name, std::string(c.name) + "#7");
     EXPECT_EQ(frames[7].counter, 7u);
     for (std::size_t n = 0; n < frames.size(); ++n)
-      EXPECT_NEAR(to_seconds(*frames[n].captured_at - kBoot), static_cast<double>(n) / kRate_hz, 0.6e-3) << c.name << " " << n;
+      EXPECT_NEAR(to_seconds(*frames[n].captured_at - kBoot), static_cast<double>(n) / kRate_hz,
+                  0.6e-3)
+          << c.name << " " << n;
     std::mt19937 rng(3);
     std::vector<int> order;
     for (int n = 0; n < 100; n += 3) order.push_back(n);
@@ -142,7 +153,9 @@ TEST_F(Video, EveryFrameIsItselfWhateverTheOrderAndTheCodec) {
 }
 
 TEST_F(Video, FramesAreChosenByTimeAndDecodeToThemselves) {
-  for (const auto& [name, codec, options] : {std::tuple("a.mp4", kLossless, kLosslessOptions), std::tuple("a.mkv", std::string("ffv1"), std::string("-pix_fmt bgr0"))}) {
+  for (const auto& [name, codec, options] :
+       {std::tuple("a.mp4", kLossless, kLosslessOptions),
+        std::tuple("a.mkv", std::string("ffv1"), std::string("-pix_fmt bgr0"))}) {
     make_video(folder.path() / name, 100, codec, options);
     const VideoInfo info = probe_video(folder.path() / name).value();
     EXPECT_THAT(choose_video_frames(info, 0.5), ElementsAre(0, 15, 30, 45, 60, 75, 90)) << name;
@@ -153,9 +166,13 @@ TEST_F(Video, FramesAreChosenByTimeAndDecodeToThemselves) {
       const auto frames = video_frames(info, interval, kBoot);
       for (std::size_t k = 0; k < frames.size(); ++k) {
         if (k > 0) {
-          EXPECT_GT(*frames[k].captured_at, *frames[k - 1].captured_at + seconds(interval - 1.001 / kRate_hz));
+          EXPECT_GT(*frames[k].captured_at,
+                    *frames[k - 1].captured_at + seconds(interval - 1.001 / kRate_hz));
         }
-        EXPECT_EQ(difference(frames[k].load({}).value(), picture(static_cast<int>(*frames[k].counter))), 0) << interval << " " << k;
+        EXPECT_EQ(
+            difference(frames[k].load({}).value(), picture(static_cast<int>(*frames[k].counter))),
+            0)
+            << interval << " " << k;
       }
     }
   }
@@ -169,7 +186,8 @@ TEST_F(Video, AReducedFrameIsTheMeanOfWholeBlocks) {
     for (const bool color : {true, false}) {
       cv::Mat wanted;
       const int cols = (kWidth + n - 1) / n, rows = (kHeight + n - 1) / n;
-      cv::copyMakeBorder(full, wanted, 0, rows * n - kHeight, 0, cols * n - kWidth, cv::BORDER_REPLICATE);
+      cv::copyMakeBorder(full, wanted, 0, rows * n - kHeight, 0, cols * n - kWidth,
+                         cv::BORDER_REPLICATE);
       if (!color) cv::cvtColor(wanted, wanted, cv::COLOR_BGR2GRAY);
       cv::resize(wanted, wanted, {cols, rows}, 0, 0, cv::INTER_AREA);
       const cv::Mat image = frames[5].load({.color = color, .reduction = n}).value();
@@ -177,7 +195,10 @@ TEST_F(Video, AReducedFrameIsTheMeanOfWholeBlocks) {
       ASSERT_EQ(image.type(), wanted.type());
       // ffmpeg's scaler goes by Y'CbCr.
       EXPECT_LE(difference(image, wanted), n == 1 && color ? 0 : 5) << n << " " << color;
-      EXPECT_LE(cv::norm(image, wanted, cv::NORM_L1) / static_cast<double>(wanted.total() * wanted.channels()), 1.5) << n << " " << color;
+      EXPECT_LE(cv::norm(image, wanted, cv::NORM_L1) /
+                    static_cast<double>(wanted.total() * wanted.channels()),
+                1.5)
+          << n << " " << color;
     }
   EXPECT_EQ(frames[5].load({.color = true, .reduction = 3}).error().code, ErrorCode::Usage);
 }
@@ -213,7 +234,8 @@ TEST_F(Video, ManyThreadsGetTheirOwnFrames) {
 // A codec patches up what is missing: such pixels must not reach the map.
 TEST_F(Video, ADamagedFrameIsAnErrorAndNeverAnotherPicture) {
   make_video(folder.path() / "whole.ts", 100, kLossless, kLosslessOptions);
-  make_video(folder.path() / "whole.mp4", 100, kLossless, kLosslessOptions + " -movflags +faststart");
+  make_video(folder.path() / "whole.mp4", 100, kLossless,
+             kLosslessOptions + " -movflags +faststart");
   make_video(folder.path() / "whole.mkv", 100, "ffv1", "-level 3 -slicecrc 1 -pix_fmt bgr0");
   std::mt19937 rng(11);
   std::size_t good = 0, refused = 0;
@@ -227,11 +249,14 @@ TEST_F(Video, ADamagedFrameIsAnErrorAndNeverAnotherPicture) {
       } else {
         // Lost packets of a stream, blank blocks of a card, bits that only a checksum can tell.
         const std::string kind = fs::path(name).extension();
-        const std::size_t at = std::uniform_int_distribution<std::size_t>(whole.size() / 3, whole.size() * 2 / 3)(rng) / 188 * 188;
+        const std::size_t at = std::uniform_int_distribution<std::size_t>(
+                                   whole.size() / 3, whole.size() * 2 / 3)(rng) /
+                               188 * 188;
         const auto from = bytes.begin() + static_cast<std::ptrdiff_t>(at);
         if (kind == ".ts") bytes.erase(from, from + 188 * 5);
         if (kind == ".mp4") std::fill(from, from + 2048, std::uint8_t{0});
-        if (kind == ".mkv") std::generate(from, from + 40, [&] { return static_cast<std::uint8_t>(rng()); });
+        if (kind == ".mkv")
+          std::generate(from, from + 40, [&] { return static_cast<std::uint8_t>(rng()); });
       }
       const fs::path file = folder.path() / ("damaged" + fs::path(name).extension().string());
       write(file, bytes);
@@ -245,8 +270,10 @@ TEST_F(Video, ADamagedFrameIsAnErrorAndNeverAnotherPicture) {
           continue;
         }
         // By its time, as numbers shift where the container has lost a frame.
-        const int n = static_cast<int>(std::lround(to_seconds(*frame.captured_at - kBoot) * kRate_hz));
-        EXPECT_EQ(difference(*image, picture(n)), 0) << name << " trial " << trial << " " << frame.name;
+        const int n =
+            static_cast<int>(std::lround(to_seconds(*frame.captured_at - kBoot) * kRate_hz));
+        EXPECT_EQ(difference(*image, picture(n)), 0)
+            << name << " trial " << trial << " " << frame.name;
         ++good;
       }
     }
@@ -307,7 +334,8 @@ struct VideoFlight : Video {
   void SetUp() override {
     Video::SetUp();
     if (IsSkipped()) return;
-    make_video(folder.path() / "film.mp4", 120, kLossless, kLosslessOptions + " -metadata creation_time=2018-08-05T01:00:10Z");
+    make_video(folder.path() / "film.mp4", 120, kLossless,
+               kLosslessOptions + " -metadata creation_time=2018-08-05T01:00:10Z");
     write(folder.path() / "flight.tlog", straight_log(30));
     options.focal_px = 60;
     options.sea_level = SeaLevelOption{SeaReference::TakeOff, 0};
@@ -354,9 +382,11 @@ TEST_F(VideoFlight, TheStartComesFromTheBestSourceAndItIsSaid) {
 
 TEST_F(VideoFlight, WithoutAStartALensOrALogItStopsAndExplains) {
   make_video(folder.path() / "mute.mkv", 30, "ffv1", "-pix_fmt bgr0");
-  EXPECT_THAT(read_flight(folder.path() / "mute.mkv", options).error().message, HasSubstr("--video-start"));
+  EXPECT_THAT(read_flight(folder.path() / "mute.mkv", options).error().message,
+              HasSubstr("--video-start"));
   options.focal_px.reset();
-  EXPECT_THAT(read_flight(folder.path() / "film.mp4", options).error().message, HasSubstr("--focal-px"));
+  EXPECT_THAT(read_flight(folder.path() / "film.mp4", options).error().message,
+              HasSubstr("--focal-px"));
   options.focal_px = 60;
   options.video_frame_interval_s = -1;
   EXPECT_EQ(read_flight(folder.path() / "film.mp4", options).error().code, ErrorCode::Usage);
@@ -406,7 +436,8 @@ TEST(VideoStart, SaysItsZone) {
   EXPECT_EQ(text("2018-08-05 03:00:44+02:00"), "2018-08-05T01:00:44.000Z");
   EXPECT_EQ(text("1533430844.48"), "2018-08-05T01:00:44.480Z");
   const std::string usage(to_string(ErrorCode::Usage));
-  for (const char* bad : {"", "2018-08-05T01:00:44", "2018-08-05", "2018-13-05T01:00:44Z", "2018-08-05T01:00:44.Z", "2018-08-05T01:00:44Zz", "noon"})
+  for (const char* bad : {"", "2018-08-05T01:00:44", "2018-08-05", "2018-13-05T01:00:44Z",
+                          "2018-08-05T01:00:44.Z", "2018-08-05T01:00:44Zz", "noon"})
     EXPECT_EQ(text(bad), usage) << bad;
 }
 

@@ -16,8 +16,8 @@ struct Algorithm1Parameters {
   int height_cells = 0;  ///< M, along map y
   double dx_m = 0.5;
   double dy_m = 0.5;
-  double p1 = 0.7;        ///< P(ice | pixel classed ice)
-  double p2 = 0.4;        ///< P(ice | pixel classed not ice)
+  double p1 = 0.7;  ///< P(ice | pixel classed ice)
+  double p2 = 0.4;  ///< P(ice | pixel classed not ice)
   double prior = 0.5;
   double sigma_px = 0.0;  ///< Gaussian blur in image pixels; 0 for none
 };
@@ -40,11 +40,12 @@ class Algorithm1 {
   Status update_map(const cv::Mat& segmented, const Rigid3<World, Camera>& world_from_camera);
 
   /// The same with a log-odds image (CV_32F, the prior not yet subtracted) in place of (2.31).
-  Status update_map_log_odds(const cv::Mat& log_odds, const Rigid3<World, Camera>& world_from_camera);
+  Status update_map_log_odds(const cv::Mat& log_odds,
+                             const Rigid3<World, Camera>& world_from_camera);
 
   /// Any image, undistorted and warped onto the map; border 0, cells behind the camera 0.
-  [[nodiscard]] Result<cv::Mat> project_image_to_map(const cv::Mat& image,
-                                                     const Rigid3<World, Camera>& world_from_camera) const;
+  [[nodiscard]] Result<cv::Mat> project_image_to_map(
+      const cv::Mat& image, const Rigid3<World, Camera>& world_from_camera) const;
 
   /// Log-odds, CV_32F, height_cells x width_cells: rows along map y.
   [[nodiscard]] const cv::Mat& map() const { return map_; }
@@ -59,7 +60,8 @@ class Algorithm1 {
   void draw_features_on_map(const std::vector<IceFeature>& features, cv::Mat& output) const;
 
   /// X_m^c of (2.35).
-  [[nodiscard]] Eigen::Matrix3d perspective_transform(const Rigid3<World, Camera>& world_from_camera) const;
+  [[nodiscard]] Eigen::Matrix3d perspective_transform(
+      const Rigid3<World, Camera>& world_from_camera) const;
 
  private:
   Algorithm1(const Algorithm1Parameters& parameters, const CameraModel& camera,

@@ -14,7 +14,10 @@ namespace {
 using test::FlatGrid;
 
 Algorithm1Parameters parameters(const FlatGrid& grid) {
-  return {.width_cells = grid.columns, .height_cells = grid.rows, .dx_m = grid.cell_m, .dy_m = grid.cell_m};
+  return {.width_cells = grid.columns,
+          .height_cells = grid.rows,
+          .dx_m = grid.cell_m,
+          .dy_m = grid.cell_m};
 }
 
 TEST(Algorithm1, IcePixelsRiseToP1AndWaterFallsToP2AndTheUnseenStays) {
@@ -31,7 +34,8 @@ TEST(Algorithm1, IcePixelsRiseToP1AndWaterFallsToP2AndTheUnseenStays) {
   ASSERT_EQ(p.cols, grid.columns);
   ASSERT_EQ(p.rows, grid.rows);
   const auto at = [&](double north_m, double east_m) {
-    const cv::Point c = map.to_map_coordinates(map.to_map_frame(Point<World>{{north_m, east_m, 0.0}}));
+    const cv::Point c =
+        map.to_map_coordinates(map.to_map_frame(Point<World>{{north_m, east_m, 0.0}}));
     return p.at<float>(c);
   };
   EXPECT_NEAR(at(0.0, -10.0), 0.7, 1e-4);
@@ -47,7 +51,9 @@ TEST(Algorithm1, APriorOtherThanOneHalfLeavesUnseenCellsAlone) {
   auto map = Algorithm1::make(p, test::pinhole(), grid.world_from_map()).value();
   const cv::Mat ice(120, 160, CV_8U, cv::Scalar(255));
   for (int i = 0; i < 5; ++i)
-    ASSERT_TRUE(map.update_map(ice, test::in_world(test::pose({0, 0, -20.0}, {30_deg, -90_deg, 0_deg}))).ok());
+    ASSERT_TRUE(
+        map.update_map(ice, test::in_world(test::pose({0, 0, -20.0}, {30_deg, -90_deg, 0_deg})))
+            .ok());
   const cv::Mat m = map.map();
   EXPECT_NEAR(m.at<float>(0, 0), log_odds(0.2), 1e-6);
   const cv::Point centre = map.to_map_coordinates(map.to_map_frame(Point<World>{}));
@@ -80,7 +86,8 @@ TEST(Algorithm1, ACameraInOrUnderThePlaneIsRefusedAndAddsNothing) {
   auto map = Algorithm1::make(parameters(grid), test::pinhole(), grid.world_from_map()).value();
   const cv::Mat ice(120, 160, CV_8U, cv::Scalar(255));
   for (const double down_m : {0.0, 5.0}) {
-    const Status s = map.update_map(ice, test::in_world(test::pose({0, 0, down_m}, {0_deg, -90_deg, 0_deg})));
+    const Status s =
+        map.update_map(ice, test::in_world(test::pose({0, 0, down_m}, {0_deg, -90_deg, 0_deg})));
     ASSERT_FALSE(s.ok());
     EXPECT_EQ(s.error().code, ErrorCode::Degenerate);
   }

@@ -9,7 +9,8 @@ namespace watersky {
 namespace {
 
 /// The columns that a closed polygon covers between two values of y.
-std::pair<double, double> span_between(const std::vector<Eigen::Vector2d>& polygon, double y0, double y1) {
+std::pair<double, double> span_between(const std::vector<Eigen::Vector2d>& polygon, double y0,
+                                       double y1) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Eigen::Vector2d& a = polygon[i];
@@ -36,8 +37,9 @@ std::pair<double, double> span_between(const std::vector<Eigen::Vector2d>& polyg
 
 CellSampler::CellSampler(const GridView& view, int per_edge)
     : view_(view),
-      per_edge_(per_edge > 0 ? per_edge
-                             : std::clamp(static_cast<int>(std::ceil(view.pixels_per_cell - 1e-6)), 1, 16)) {
+      per_edge_(per_edge > 0
+                    ? per_edge
+                    : std::clamp(static_cast<int>(std::lround(view.pixels_per_cell)), 1, 16)) {
   // A footprint that ends at the image's edge everywhere needs no distance test a sample.
   limited_ = false;
   for (const Eigen::Vector2d& p : view.footprint) {
@@ -53,12 +55,15 @@ CellSampler::Row CellSampler::row(int grid_row) {
   // An outline of finitely many corners cuts the bulges of a distorted edge; a cell's margin
   // covers that, and samples off the image are dropped one by one below.
   const int margin = view_.camera.distorts() ? 2 : 0;
-  row.first_column = std::max(view_.box.first_column, static_cast<int>(std::floor(low + 0.5)) - margin);
-  const int end = std::min(view_.box.end_column(), static_cast<int>(std::floor(high + 0.5)) + 1 + margin);
+  row.first_column =
+      std::max(view_.box.first_column, static_cast<int>(std::floor(low + 0.5)) - margin);
+  const int end =
+      std::min(view_.box.end_column(), static_cast<int>(std::floor(high + 0.5)) + 1 + margin);
   row.columns = std::max(0, end - row.first_column);
   if (row.columns == 0) return row;
 
-  const std::size_t n = static_cast<std::size_t>(row.columns) * static_cast<std::size_t>(samples_per_cell());
+  const std::size_t n =
+      static_cast<std::size_t>(row.columns) * static_cast<std::size_t>(samples_per_cell());
   if (u_.size() < n) {
     u_.resize(n);
     v_.resize(n);
@@ -67,15 +72,16 @@ CellSampler::Row CellSampler::row(int grid_row) {
   for (int j = 0; j < per_edge_; ++j)
     for (int i = 0; i < per_edge_; ++i) {
       const std::ptrdiff_t plane = static_cast<std::ptrdiff_t>(j * per_edge_ + i) * row.columns;
-      project_line(row.first_column - 0.5 + (i + 0.5) * step, grid_row - 0.5 + (j + 0.5) * step, row.columns,
-                   u_.data() + plane, v_.data() + plane);
+      project_line(row.first_column - 0.5 + (i + 0.5) * step, grid_row - 0.5 + (j + 0.5) * step,
+                   row.columns, u_.data() + plane, v_.data() + plane);
     }
   row.u = u_.data();
   row.v = v_.data();
   return row;
 }
 
-void CellSampler::project_line(double first_x, double y, int count, float* u_out, float* v_out) const {
+void CellSampler::project_line(double first_x, double y, int count, float* u_out,
+                               float* v_out) const {
   const Eigen::Vector3d start = view_.camera_from_grid * Eigen::Vector3d(first_x, y, 1.0);
   const Eigen::Vector3d step = view_.camera_from_grid.col(0);
   const Eigen::Matrix3d& a = view_.camera.camera_matrix();

@@ -53,8 +53,9 @@ Result<GridView> make_grid_view(const SeaView& view, const Eigen::Matrix3d& sea_
   }
   constexpr double kMaxIndex = 1e9;
   if (!(low.minCoeff() > -kMaxIndex && high.maxCoeff() < kMaxIndex))
-    return Error{ErrorCode::OutOfRange,
-                 "the footprint lies too far from the map's anchor for its cell size; use larger cells"};
+    return Error{
+        ErrorCode::OutOfRange,
+        "the footprint lies too far from the map's anchor for its cell size; use larger cells"};
   // Cell (c, r) covers [c - ½, c + ½].
   grid.box.first_column = static_cast<int>(std::floor(low.x() + 0.5));
   grid.box.first_row = static_cast<int>(std::floor(low.y() + 0.5));
@@ -62,7 +63,8 @@ Result<GridView> make_grid_view(const SeaView& view, const Eigen::Matrix3d& sea_
   grid.box.rows = static_cast<int>(std::floor(high.y() + 0.5)) - grid.box.first_row + 1;
 
   // The finest sampling of the sea in this frame: across the line of sight at its nearest point.
-  const auto under = view.pixel(Point<Sea>{{grid.below_north_east_m.x(), grid.below_north_east_m.y(), 0.0}});
+  const auto under =
+      view.pixel(Point<Sea>{{grid.below_north_east_m.x(), grid.below_north_east_m.y(), 0.0}});
   if (under && view.camera().contains(*under)) nearest_m = 0.0;
   const double slant_m = std::hypot(nearest_m, view.height_m());
   const double cell_m = std::sqrt(std::abs(sea_from_grid.topLeftCorner<2, 2>().determinant()));

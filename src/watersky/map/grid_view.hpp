@@ -44,6 +44,7 @@ struct GridView {
 
 /// `sea_from_grid` is affine: (c, r, 1) to (north, east, 1) in the view's Sea frame.
 /// OutOfRange when the footprint would leave the range of cell indices (±10^9).
-[[nodiscard]] Result<GridView> make_grid_view(const SeaView& view, const Eigen::Matrix3d& sea_from_grid);
+[[nodiscard]] Result<GridView> make_grid_view(const SeaView& view,
+                                              const Eigen::Matrix3d& sea_from_grid);
 
 }  // namespace watersky

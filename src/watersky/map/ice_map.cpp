@@ -32,7 +32,8 @@ class EvidenceImage {
     const float fu = u - static_cast<float>(iu), fv = v - static_cast<float>(iv);
     const float* p = data_ + static_cast<std::size_t>(iv) * stride_ + iu;
     const float top = p[0] + fu * (p[next_u_] - p[0]);
-    const float bottom = p[next_v_] + fu * (p[next_v_ + static_cast<std::size_t>(next_u_)] - p[next_v_]);
+    const float bottom =
+        p[next_v_] + fu * (p[next_v_ + static_cast<std::size_t>(next_u_)] - p[next_v_]);
     return top + fv * (bottom - top);
   }
 
@@ -62,8 +63,10 @@ cv::Mat raster(const std::map<TileIndex, IceMap::Tile>& tiles, const CellBox& bo
   cv::Mat_<Pixel> out(std::max(0, box.rows), std::max(0, box.columns), unseen);
   for (const auto& [index, tile] : tiles) {
     const int column0 = index.column * kTileCells, row0 = index.row * kTileCells;
-    const int c_from = std::max(column0, box.first_column), c_to = std::min(column0 + kTileCells, box.end_column());
-    const int r_from = std::max(row0, box.first_row), r_to = std::min(row0 + kTileCells, box.end_row());
+    const int c_from = std::max(column0, box.first_column),
+              c_to = std::min(column0 + kTileCells, box.end_column());
+    const int r_from = std::max(row0, box.first_row),
+              r_to = std::min(row0 + kTileCells, box.end_row());
     for (int r = r_from; r < r_to; ++r) {
       Pixel* to = out[r - box.first_row];
       const std::size_t line = static_cast<std::size_t>(r - row0) * kTileCells;
@@ -84,11 +87,13 @@ IceMap::Tile::Tile()
       last_seen_s(kCellsInTile, std::numeric_limits<double>::quiet_NaN()) {}
 
 IceMap::IceMap(const MapParameters& parameters)
-    : parameters_(parameters), prior_log_odds_(static_cast<float>(watersky::log_odds(parameters.prior))) {}
+    : parameters_(parameters),
+      prior_log_odds_(static_cast<float>(watersky::log_odds(parameters.prior))) {}
 
 Result<IceMap> IceMap::make(const MapParameters& parameters) {
   WATERSKY_CHECK(validate(parameters));
-  if (parameters.prior > parameters.max_probability || parameters.prior < 1 - parameters.max_probability)
+  if (parameters.prior > parameters.max_probability ||
+      parameters.prior < 1 - parameters.max_probability)
     return Error{ErrorCode::Usage, "prior lies outside what max_probability allows"};
   return IceMap(parameters);
 }
@@ -96,10 +101,11 @@ Result<IceMap> IceMap::make(const MapParameters& parameters) {
 Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) {
   if (evidence.type() != CV_32F || evidence.cols != view.camera.width_px() ||
       evidence.rows != view.camera.height_px())
-    return Error{ErrorCode::InvalidInput,
-                 "evidence of " + std::to_string(evidence.cols) + "x" + std::to_string(evidence.rows) +
-                     " pixels for a camera of " + std::to_string(view.camera.width_px()) + "x" +
-                     std::to_string(view.camera.height_px())};
+    return Error{ErrorCode::InvalidInput, "evidence of " + std::to_string(evidence.cols) + "x" +
+                                              std::to_string(evidence.rows) +
+                                              " pixels for a camera of " +
+                                              std::to_string(view.camera.width_px()) + "x" +
+                                              std::to_string(view.camera.height_px())};
   CellSampler sampler(view, parameters_.supersampling);
   const EvidenceImage image(evidence);
   const int samples = sampler.samples_per_cell();
@@ -114,7 +120,8 @@ Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) 
     if (row.columns == 0) continue;
     sums.assign(static_cast<std::size_t>(row.columns), 0.0F);
     knowns.assign(static_cast<std::size_t>(row.columns), 0);
-    for (int k = 0; k < samples; ++k) image.add_line(row.u_plane(k), row.v_plane(k), row.columns, sums.data(), knowns.data());
+    for (int k = 0; k < samples; ++k)
+      image.add_line(row.u_plane(k), row.v_plane(k), row.columns, sums.data(), knowns.data());
 
     int tile_column = std::numeric_limits<int>::min();
     Tile* tile = nullptr;
@@ -129,7 +136,8 @@ Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) 
       }
       const std::size_t cell = line + static_cast<std::size_t>(column - tile_column * kTileCells);
       float& l = tile->evidence[cell];
-      l = std::clamp(l + sums[static_cast<std::size_t>(i)] / static_cast<float>(known), lowest, highest);
+      l = std::clamp(l + sums[static_cast<std::size_t>(i)] / static_cast<float>(known), lowest,
+                     highest);
       std::uint16_t& looks = tile->looks[cell];
       if (looks != std::numeric_limits<std::uint16_t>::max()) ++looks;
       double& seen = tile->last_seen_s[cell];
@@ -143,7 +151,8 @@ void IceMap::predict(const CellDynamics& dynamics, double elapsed_s) {
   for (auto& [index, tile] : tiles_) {
     for (std::size_t i = 0; i < kCellsInTile; ++i) {
       if (tile.looks[i] == 0) continue;
-      const double p = watersky::probability(static_cast<double>(tile.evidence[i] + prior_log_odds_));
+      const double p =
+          watersky::probability(static_cast<double>(tile.evidence[i] + prior_log_odds_));
       tile.evidence[i] =
           static_cast<float>(watersky::log_odds(dynamics.predict(p, elapsed_s))) - prior_log_odds_;
     }
@@ -156,12 +165,14 @@ CellBox IceMap::seen() const {
     int c0 = kTileCells, c1 = -1, r0 = kTileCells, r1 = -1;
     for (int r = 0; r < kTileCells; ++r)
       for (int c = 0; c < kTileCells; ++c)
-        if (tile.looks[static_cast<std::size_t>(r) * kTileCells + static_cast<std::size_t>(c)] != 0) {
+        if (tile.looks[static_cast<std::size_t>(r) * kTileCells + static_cast<std::size_t>(c)] !=
+            0) {
           c0 = std::min(c0, c), c1 = std::max(c1, c);
           r0 = std::min(r0, r), r1 = std::max(r1, r);
         }
     if (c1 < 0) continue;
-    all = all.united({index.column * kTileCells + c0, index.row * kTileCells + r0, c1 - c0 + 1, r1 - r0 + 1});
+    all = all.united(
+        {index.column * kTileCells + c0, index.row * kTileCells + r0, c1 - c0 + 1, r1 - r0 + 1});
   }
   return all;
 }

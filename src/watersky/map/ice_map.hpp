@@ -23,14 +23,19 @@ struct MapParameters {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit(self.cell_m, ParameterInfo{"cell_m", "m", "edge of a map cell", 0.001, 1000.0});
-    visit(self.prior, ParameterInfo{"prior", "1", "P(ice) of a cell nobody has seen", 0.001, 0.999});
-    visit(self.max_probability,
-          ParameterInfo{"max_probability", "1",
-                        "cells are kept within 1 minus this and this, so that a changed sea can change the map",
-                        0.6, 0.999999});
+    visit(self.prior,
+          ParameterInfo{"prior", "1", "P(ice) of a cell nobody has seen", 0.001, 0.999});
+    visit(
+        self.max_probability,
+        ParameterInfo{
+            "max_probability", "1",
+            "cells are kept within 1 minus this and this, so that a changed sea can change the map",
+            0.6, 0.999999});
     visit(self.supersampling,
-          ParameterInfo{"supersampling", "1",
-                        "samples along a cell's edge; 0 chooses one a pixel, 1 samples the cell's centre", 0, 16});
+          ParameterInfo{
+              "supersampling", "1",
+              "samples along a cell's edge; 0 chooses one a pixel, 1 samples the cell's centre", 0,
+              16});
   }
 };
 
@@ -52,7 +57,7 @@ class IceMap {
  public:
   struct Tile {
     Tile();
-    std::vector<float> evidence;     ///< log-odds minus the prior's; row by row
+    std::vector<float> evidence;       ///< log-odds minus the prior's; row by row
     std::vector<std::uint16_t> looks;  ///< frames that showed the cell; stays at 65535
     std::vector<double> last_seen_s;   ///< seconds UTC; NaN when never
   };

@@ -16,7 +16,9 @@ using test::FlatGrid;
 const CellBox kBox{0, 0, 260, 170};
 
 IceMap make_map(int supersampling, double max_probability = 0.999999) {
-  return IceMap::make({.cell_m = 0.5, .max_probability = max_probability, .supersampling = supersampling}).value();
+  return IceMap::make(
+             {.cell_m = 0.5, .max_probability = max_probability, .supersampling = supersampling})
+      .value();
 }
 
 /// A random smooth pattern, segmented: neither symmetric nor periodic.
@@ -49,17 +51,21 @@ TEST(IceMap, EqualsAlgorithm1OverRandomPoses) {
   int poses = 0, compared = 0;
   for (int i = 0; i < 300; ++i) {
     const double sigma_px = i % 3 == 0 ? 0.0 : 1.5 * uniform(rng) + 0.5;
-    auto oracle = Algorithm1::make({.width_cells = grid.columns, .height_cells = grid.rows, .dx_m = grid.cell_m,
-                                    .dy_m = grid.cell_m, .sigma_px = sigma_px},
-                                   camera, grid.world_from_map()).value();
+    auto oracle = Algorithm1::make({.width_cells = grid.columns,
+                                    .height_cells = grid.rows,
+                                    .dx_m = grid.cell_m,
+                                    .dy_m = grid.cell_m,
+                                    .sigma_px = sigma_px},
+                                   camera, grid.world_from_map())
+                      .value();
     IceMap map = make_map(1);
     cv::Mat inner(grid.rows, grid.columns, CV_8U, cv::Scalar(255));
     cv::Mat once;
     for (int look = 0; look < 2; ++look) {
-      const auto pose = test::pose(
-          {40 * uniform(rng) - 20, 60 * uniform(rng) - 30, -(5 + 60 * uniform(rng))},
-          {Angle::degrees(360 * uniform(rng)), Angle::degrees(-90 + 70 * uniform(rng)),
-           Angle::degrees(40 * uniform(rng) - 20)});
+      const auto pose =
+          test::pose({40 * uniform(rng) - 20, 60 * uniform(rng) - 30, -(5 + 60 * uniform(rng))},
+                     {Angle::degrees(360 * uniform(rng)), Angle::degrees(-90 + 70 * uniform(rng)),
+                      Angle::degrees(40 * uniform(rng) - 20)});
       const auto view = SeaView::make(camera, pose, {Angle::degrees(5)});
       if (!view) continue;
       const GridView grid_view = make_grid_view(*view, grid.sea_from_grid()).value();
@@ -70,9 +76,12 @@ TEST(IceMap, EqualsAlgorithm1OverRandomPoses) {
       for (int v = 0; v < grid.rows; ++v)
         for (int u = 0; u < grid.columns; ++u) {
           const Eigen::Vector3d p = x * Eigen::Vector3d(u, v, 1);
-          const bool in = p.z() > 0 && p.x() > p.z() && p.y() > p.z() && p.x() < 158 * p.z() && p.y() < 118 * p.z();
-          const bool out = p.z() <= 0 || p.x() < -1 * p.z() || p.y() < -1 * p.z() || p.x() > 160 * p.z() || p.y() > 120 * p.z();
-          const Eigen::Vector2d ne = (grid.sea_from_grid() * Eigen::Vector3d(u, v, 1)).head<2>() - pose.origin().v.head<2>();
+          const bool in = p.z() > 0 && p.x() > p.z() && p.y() > p.z() && p.x() < 158 * p.z() &&
+                          p.y() < 118 * p.z();
+          const bool out = p.z() <= 0 || p.x() < -1 * p.z() || p.y() < -1 * p.z() ||
+                           p.x() > 160 * p.z() || p.y() > 120 * p.z();
+          const Eigen::Vector2d ne = (grid.sea_from_grid() * Eigen::Vector3d(u, v, 1)).head<2>() -
+                                     pose.origin().v.head<2>();
           const bool grazing = ne.norm() > 0.999 * view->max_distance_m();
           if ((!in && !out) || (grazing && !out)) inner.at<uchar>(v, u) = 0;
         }
@@ -98,8 +107,11 @@ TEST(IceMap, DistortionIsUndoneAsTheOracleDoes) {
   cv::Mat smooth;
   random_segmented(rng, 160, 120).convertTo(smooth, CV_32F, 1.0 / 255, -0.5);
   cv::GaussianBlur(smooth, smooth, {}, 3.0);
-  auto oracle = Algorithm1::make({.width_cells = grid.columns, .height_cells = grid.rows, .dx_m = 0.5, .dy_m = 0.5},
-                                 camera, grid.world_from_map()).value();
+  auto oracle =
+      Algorithm1::make(
+          {.width_cells = grid.columns, .height_cells = grid.rows, .dx_m = 0.5, .dy_m = 0.5},
+          camera, grid.world_from_map())
+          .value();
   ASSERT_TRUE(oracle.update_map_log_odds(smooth, test::in_world(pose)).ok());
   IceMap map = make_map(1);
   ASSERT_TRUE(map.update(test::grid_view(camera, pose, grid), smooth, Time{}).ok());
@@ -121,15 +133,18 @@ TEST(IceMap, TheFootprintAndNothingElseIsTouched) {
   const SeaView view = SeaView::make(camera, pose).value();
   IceMap map = make_map(0);
   ASSERT_TRUE(map.update(make_grid_view(view, grid.sea_from_grid()).value(),
-                         cv::Mat(120, 160, CV_32F, cv::Scalar(1.0)), Time{}).ok());
+                         cv::Mat(120, 160, CV_32F, cv::Scalar(1.0)), Time{})
+                  .ok());
   const CellBox seen = map.seen();
   const cv::Mat looks = map.looks(seen);
   int wrong = 0, inside = 0;
   for (int r = 0; r < seen.rows; ++r)
     for (int c = 0; c < seen.columns; ++c) {
-      const Eigen::Vector3d ne = grid.sea_from_grid() * Eigen::Vector3d(seen.first_column + c, seen.first_row + r, 1);
+      const Eigen::Vector3d ne =
+          grid.sea_from_grid() * Eigen::Vector3d(seen.first_column + c, seen.first_row + r, 1);
       const auto pixel = view.pixel(Point<Sea>{{ne.x(), ne.y(), 0}});
-      const bool truly = pixel && camera.contains(*pixel) && (ne.head<2>() - pose.origin().v.head<2>()).norm() <= view.max_distance_m();
+      const bool truly = pixel && camera.contains(*pixel) &&
+                         (ne.head<2>() - pose.origin().v.head<2>()).norm() <= view.max_distance_m();
       inside += truly;
       wrong += truly != (looks.at<std::uint16_t>(r, c) > 0);
     }
@@ -146,7 +161,10 @@ TEST(IceMap, ACellTakesTheMeanOverItsArea) {
   cv::Mat stripes(480, 640, CV_32F, cv::Scalar(0));
   for (int u = 0; u < 640; u += 2) stripes.col(u).setTo(1.0);
   IceMap map = IceMap::make({.cell_m = 2.0}).value();
-  ASSERT_TRUE(map.update(test::grid_view(camera, test::pose({0, 0, -100.0}, {10_deg, -90_deg, 0_deg}), grid), stripes, Time{}).ok());
+  ASSERT_TRUE(map.update(test::grid_view(
+                             camera, test::pose({0, 0, -100.0}, {10_deg, -90_deg, 0_deg}), grid),
+                         stripes, Time{})
+                  .ok());
   const CellBox seen = map.seen();
   const cv::Mat looks = map.looks(seen), l = map.log_odds(seen);
   double low = 0, high = 0;
@@ -160,13 +178,15 @@ TEST(IceMap, ACellTakesTheMeanOverItsArea) {
 TEST(IceMap, UnknownPixelsAddNothingAndAreNotALook) {
   const FlatGrid grid;
   const CameraModel camera = test::pinhole();
-  const auto view = test::grid_view(camera, test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
+  const auto view =
+      test::grid_view(camera, test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
   cv::Mat evidence(120, 160, CV_32F, cv::Scalar(1.0));
   evidence(cv::Rect(0, 0, 160, 60)).setTo(std::numeric_limits<float>::quiet_NaN());  // the north
   IceMap map = make_map(0);
   ASSERT_TRUE(map.update(view, evidence, *time_from_seconds(12.5)).ok());
   const cv::Mat looks = map.looks(kBox), p = map.probability(kBox), seen_s = map.last_seen_s(kBox);
-  const int north_row = static_cast<int>((37.0 - 5.0) / 0.5), south_row = static_cast<int>((37.0 + 5.0) / 0.5);
+  const int north_row = static_cast<int>((37.0 - 5.0) / 0.5),
+            south_row = static_cast<int>((37.0 + 5.0) / 0.5);
   const int column = static_cast<int>(61.0 / 0.5);
   EXPECT_EQ(looks.at<std::uint16_t>(north_row, column), 0);
   EXPECT_TRUE(std::isnan(p.at<float>(north_row, column)));
@@ -179,7 +199,8 @@ TEST(IceMap, UnknownPixelsAddNothingAndAreNotALook) {
 TEST(IceMap, EvidenceIsClampedSoThatAChangedSeaChangesTheMap) {
   const FlatGrid grid;
   const CameraModel camera = test::pinhole();
-  const auto view = test::grid_view(camera, test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
+  const auto view =
+      test::grid_view(camera, test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
   IceMap map = IceMap::make({.prior = 0.3, .max_probability = 0.99}).value();
   const cv::Mat ice(120, 160, CV_32F, cv::Scalar(1.0)), water(120, 160, CV_32F, cv::Scalar(-1.0));
   for (int i = 0; i < 1000; ++i) ASSERT_TRUE(map.update(view, ice, Time{}).ok());
@@ -192,7 +213,8 @@ TEST(IceMap, EvidenceIsClampedSoThatAChangedSeaChangesTheMap) {
 
 TEST(IceMap, PredictionForgetsTowardsThePriorAndLeavesTheUnseenAlone) {
   const FlatGrid grid;
-  const auto view = test::grid_view(test::pinhole(), test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
+  const auto view =
+      test::grid_view(test::pinhole(), test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
   IceMap map = IceMap::make({.prior = 0.25}).value();
   ASSERT_TRUE(map.update(view, cv::Mat(120, 160, CV_32F, cv::Scalar(2.0)), Time{}).ok());
   const auto dynamics = CellDynamics::make(0.97, 0.01, 10.0, 0.25).value();
@@ -209,7 +231,8 @@ TEST(IceMap, TilesMeetWithoutASeamAlsoAtNegativeIndices) {
   FlatGrid grid;
   grid.north_m = -0.25;  // the camera stands over the corner of four tiles
   grid.east_m = 0.25;
-  const auto view = test::grid_view(test::pinhole(), test::pose({0, 0, -40.0}, {15_deg, -90_deg, 0_deg}), grid);
+  const auto view =
+      test::grid_view(test::pinhole(), test::pose({0, 0, -40.0}, {15_deg, -90_deg, 0_deg}), grid);
   IceMap map = make_map(0);
   ASSERT_TRUE(map.update(view, cv::Mat(120, 160, CV_32F, cv::Scalar(1.0)), Time{}).ok());
   EXPECT_EQ(map.tiles().size(), 4u);
@@ -224,7 +247,8 @@ TEST(IceMap, TilesMeetWithoutASeamAlsoAtNegativeIndices) {
 
 TEST(IceMap, EvidenceOfAnotherSizeIsRefused) {
   const FlatGrid grid;
-  const auto view = test::grid_view(test::pinhole(), test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
+  const auto view =
+      test::grid_view(test::pinhole(), test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
   IceMap map = make_map(0);
   EXPECT_FALSE(map.update(view, cv::Mat(60, 80, CV_32F, cv::Scalar(1.0)), Time{}).ok());
   EXPECT_FALSE(map.update(view, cv::Mat(120, 160, CV_8U, cv::Scalar(1)), Time{}).ok());

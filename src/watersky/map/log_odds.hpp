@@ -13,7 +13,9 @@ namespace watersky {
   return std::log(probability / (1.0 - probability));
 }
 /// (2.28) as 1 / (1 + exp(-l)), which cannot overflow to NaN.
-[[nodiscard]] inline double probability(double log_odds) { return 1.0 / (1.0 + std::exp(-log_odds)); }
+[[nodiscard]] inline double probability(double log_odds) {
+  return 1.0 / (1.0 + std::exp(-log_odds));
+}
 
 /// The two-state Markov chain of (2.21): how a cell that nobody looks at forgets.
 class CellDynamics {

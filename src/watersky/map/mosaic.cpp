@@ -31,7 +31,8 @@ void add_sample(const cv::Mat& image, float u, float v, std::array<int, 3>& sum)
 }  // namespace
 
 Mosaic::Tile::Tile()
-    : bgr(kCellsInTile, cv::Vec3b()), distance2_m2(kCellsInTile, std::numeric_limits<float>::infinity()) {}
+    : bgr(kCellsInTile, cv::Vec3b()),
+      distance2_m2(kCellsInTile, std::numeric_limits<float>::infinity()) {}
 
 Status Mosaic::add(const GridView& view, const cv::Mat& image) {
   if (image.depth() != CV_8U || (image.channels() != 1 && image.channels() != 3))
@@ -39,14 +40,14 @@ Status Mosaic::add(const GridView& view, const cv::Mat& image) {
   if (image.cols != view.camera.width_px() || image.rows != view.camera.height_px())
     return Error{ErrorCode::InvalidInput, "the image's size contradicts the camera"};
   const bool color = image.channels() == 3;
-  // Pictures are for looking at: the nearest whole number of samples is enough.
-  CellSampler sampler(view, std::clamp(static_cast<int>(std::lround(view.pixels_per_cell)), 1, 16));
+  CellSampler sampler(view, 0);
   const int samples = sampler.samples_per_cell();
   for (int r = view.box.first_row; r < view.box.end_row(); ++r) {
     const CellSampler::Row row = sampler.row(r);
     if (row.columns == 0) continue;
     const Eigen::Vector2d first =
-        (view.sea_from_grid * Eigen::Vector3d(row.first_column, r, 1.0)).head<2>() - view.below_north_east_m;
+        (view.sea_from_grid * Eigen::Vector3d(row.first_column, r, 1.0)).head<2>() -
+        view.below_north_east_m;
     const Eigen::Vector2d step = view.sea_from_grid.col(0).head<2>();
     int tile_column = std::numeric_limits<int>::min();
     Tile* tile = nullptr;
@@ -74,7 +75,9 @@ Status Mosaic::add(const GridView& view, const cv::Mat& image) {
       if (!tile) tile = &tiles_[TileIndex{tile_column, tile_of(r)}];
       tile->distance2_m2[cell] = distance;
       const int scale = known * 1024, half = scale / 2;
-      const auto mean = [&](std::size_t k) { return static_cast<std::uint8_t>((sum[k] + half) / scale); };
+      const auto mean = [&](std::size_t k) {
+        return static_cast<std::uint8_t>((sum[k] + half) / scale);
+      };
       tile->bgr[cell] = color ? cv::Vec3b(mean(0), mean(1), mean(2)) : cv::Vec3b::all(mean(0));
     }
   }
@@ -85,8 +88,10 @@ cv::Mat Mosaic::bgra(const CellBox& box) const {
   cv::Mat_<cv::Vec4b> out(std::max(0, box.rows), std::max(0, box.columns), cv::Vec4b());
   for (const auto& [index, tile] : tiles_) {
     const int column0 = index.column * kTileCells, row0 = index.row * kTileCells;
-    const int c_from = std::max(column0, box.first_column), c_to = std::min(column0 + kTileCells, box.end_column());
-    const int r_from = std::max(row0, box.first_row), r_to = std::min(row0 + kTileCells, box.end_row());
+    const int c_from = std::max(column0, box.first_column),
+              c_to = std::min(column0 + kTileCells, box.end_column());
+    const int r_from = std::max(row0, box.first_row),
+              r_to = std::min(row0 + kTileCells, box.end_row());
     for (int r = r_from; r < r_to; ++r)
       for (int c = c_from; c < c_to; ++c) {
         const std::size_t cell =

@@ -25,7 +25,8 @@ class Mosaic {
   struct Tile {
     Tile();
     std::vector<cv::Vec3b> bgr;
-    std::vector<float> distance2_m2;  ///< squared, from the point under the camera; infinity: not seen
+    std::vector<float>
+        distance2_m2;  ///< squared, from the point under the camera; infinity: not seen
   };
   std::map<TileIndex, Tile> tiles_;
 };

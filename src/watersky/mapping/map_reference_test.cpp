@@ -17,15 +17,18 @@ TEST(MapReference, TangentPlanesOfNeighbouringCamerasMeetInTheGrid) {
   for (const char* crs : {"EPSG:32633", "EPSG:3413", "EPSG:3575"}) {
     const MapReference reference{Projection::from_text(crs).value(), 256000.0, 1024000.0, 0.5};
     for (int i = 0; i < 50; ++i) {
-      const Geodetic floe{Angle::degrees(78.9 + 0.35 * uniform(rng)), Angle::degrees(11.9 + 1.8 * uniform(rng)), 30.0};
+      const Geodetic floe{Angle::degrees(78.9 + 0.35 * uniform(rng)),
+                          Angle::degrees(11.9 + 1.8 * uniform(rng)), 30.0};
       const Eigen::Vector2d by_proj =
           reference.grid(reference.projection.forward(floe.latitude, floe.longitude).value());
       for (int camera = 0; camera < 2; ++camera) {
-        const Geodetic below = geodetic_from(ecef_from_sea(floe) * Point<Sea>{{200 * uniform(rng), 200 * uniform(rng), 0}});
+        const Geodetic below = geodetic_from(
+            ecef_from_sea(floe) * Point<Sea>{{200 * uniform(rng), 200 * uniform(rng), 0}});
         const Geodetic on_sea{below.latitude, below.longitude, 30.0};
         const Eigen::Vector3d ne = (ecef_from_sea(on_sea).inverse() * ecef_from(floe)).v;
         const Eigen::Vector2d by_plane =
-            (reference.sea_from_grid(on_sea).value().inverse() * ne.head<2>().homogeneous()).head<2>();
+            (reference.sea_from_grid(on_sea).value().inverse() * ne.head<2>().homogeneous())
+                .head<2>();
         EXPECT_LT((by_plane - by_proj).norm() * reference.cell_m, 0.01) << crs;
       }
     }
@@ -44,10 +47,13 @@ TEST(MapReference, RowsRunSouthAndColumnsEast) {
 // The homography includes the convergence: true north of a place in UTM 33 at 78.9 N 11.9 E lies
 // 3.0° east of grid north's opposite, so going north moves the column by +sin(3°).
 TEST(MapReference, TrueNorthIsTurnedByTheConvergence) {
-  const MapReference reference{Projection::from_text("EPSG:32633").value(), 432640.0, 8759040.0, 1.0};
+  const MapReference reference{Projection::from_text("EPSG:32633").value(), 432640.0, 8759040.0,
+                               1.0};
   const Geodetic place{Angle::degrees(78.9), Angle::degrees(11.9), 0.0};
   const Eigen::Matrix3d grid_from_sea = reference.sea_from_grid(place).value().inverse();
-  const Eigen::Vector2d north = (grid_from_sea * Eigen::Vector3d(100, 0, 1) - grid_from_sea * Eigen::Vector3d(0, 0, 1)).head<2>();
+  const Eigen::Vector2d north =
+      (grid_from_sea * Eigen::Vector3d(100, 0, 1) - grid_from_sea * Eigen::Vector3d(0, 0, 1))
+          .head<2>();
   const double turn_deg = std::atan2(north.x(), -north.y()) * 180 / M_PI;
   EXPECT_NEAR(turn_deg, 3.04, 0.05);
 }

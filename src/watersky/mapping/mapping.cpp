@@ -10,6 +10,8 @@
 #include <map>
 #include <opencv2/imgproc.hpp>
 
+#include "watersky/geo/rotation.hpp"
+
 namespace watersky {
 
 namespace {
@@ -46,28 +48,34 @@ int choose_reduction(double pixels_per_cell) {
   return reduction;
 }
 
-Result<std::pair<cv::Mat, CameraModel>> load(const PlannedFrame& planned, const CameraModel& camera, bool color) {
-  WATERSKY_TRY(const cv::Mat image, planned.frame->load({.color = color, .reduction = planned.reduction}));
+Result<std::pair<cv::Mat, CameraModel>> load(const PlannedFrame& planned, const CameraModel& camera,
+                                             bool color) {
+  WATERSKY_TRY(const cv::Mat image,
+               planned.frame->load({.color = color, .reduction = planned.reduction}));
   // A format that cannot be reduced while decoding comes in full size.
   const CameraModel reduced = camera.reduced_by(planned.reduction);
   for (const CameraModel& model : {reduced, camera})
-    if (image.cols == model.width_px() && image.rows == model.height_px()) return std::pair(image, model);
-  return Error{ErrorCode::InvalidInput,
-               "its image does not have the calibration's " + std::to_string(camera.width_px()) + "x" +
-                   std::to_string(camera.height_px()) + " pixels; give the calibration of this camera"};
+    if (image.cols == model.width_px() && image.rows == model.height_px())
+      return std::pair(image, model);
+  return Error{ErrorCode::InvalidInput, "its image does not have the calibration's " +
+                                            std::to_string(camera.width_px()) + "x" +
+                                            std::to_string(camera.height_px()) +
+                                            " pixels; give the calibration of this camera"};
 }
 
 /// 16 bit to 8 for looking at: the middle 98 % of the values over the whole range.
 cv::Mat displayable(const cv::Mat& image) {
   if (image.depth() == CV_8U) return image;
   std::vector<float> sample;
-  const int step = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(image.total()) / 10000)));
+  const int step =
+      std::max(1, static_cast<int>(std::sqrt(static_cast<double>(image.total()) / 10000)));
   cv::Mat values;
   image.reshape(1).convertTo(values, CV_32F);
   for (int v = 0; v < values.rows; v += step)
     for (int u = 0; u < values.cols; u += step) sample.push_back(values.at<float>(v, u));
   std::sort(sample.begin(), sample.end());
-  const float low = sample[sample.size() / 100], high = sample[sample.size() - 1 - sample.size() / 100];
+  const float low = sample[sample.size() / 100],
+              high = sample[sample.size() - 1 - sample.size() / 100];
   const double scale = high > low ? 255.0 / (high - low) : 1.0;
   cv::Mat out;
   image.convertTo(out, CV_8U, scale, -scale * low);
@@ -89,7 +97,9 @@ cv::Mat to_evidence(const cv::Mat& p_ice, double prior, double& ice_fraction) {
         std::swap(remembered[0], remembered[1]);
         if (p[u] != remembered[0].first) {
           const double clamped = std::clamp(static_cast<double>(p[u]), 1e-6, 1 - 1e-6);
-          remembered[0] = {p[u], std::isnan(p[u]) ? p[u] : static_cast<float>(log_odds(clamped)) - prior_log_odds};
+          remembered[0] = {p[u], std::isnan(p[u])
+                                     ? p[u]
+                                     : static_cast<float>(log_odds(clamped)) - prior_log_odds};
         }
       }
       l[u] = remembered[0].second;
@@ -118,23 +128,36 @@ Result<MapReference> choose_reference(const Flight& flight, const std::vector<Lo
   // The middle of the flight decides, so that its first frame, perhaps over the ship, does not.
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const LocatedFrame& frame : frames) sum += frame.pose.world_from_camera.origin().v;
-  const Geodetic middle = flight.datum.geodetic(Point<World>{sum / static_cast<double>(frames.size())});
-  auto projection = options.projection ? Projection::from_text(*options.projection) : Projection::for_place(middle);
+  const Geodetic middle =
+      flight.datum.geodetic(Point<World>{sum / static_cast<double>(frames.size())});
+  auto projection = options.projection ? Projection::from_text(*options.projection)
+                                       : Projection::for_place(middle);
   if (!projection) return projection.error();
   WATERSKY_TRY(const Eigen::Vector2d en, projection->forward(middle.latitude, middle.longitude));
   // A whole number of tiles from the projection's origin: maps of one cell size and projection
   // then share their tiles, whatever flight made them.
   const double tile_m = kTileCells * options.parameters.map.cell_m;
-  return MapReference{*projection, std::floor(en.x() / tile_m) * tile_m, std::ceil(en.y() / tile_m) * tile_m,
-                      options.parameters.map.cell_m};
+  return MapReference{*projection, std::floor(en.x() / tile_m) * tile_m,
+                      std::ceil(en.y() / tile_m) * tile_m, options.parameters.map.cell_m};
 }
 
 std::string commonest(const std::vector<LeftOut>& left_out) {
   std::map<std::string, int> count;
   for (const LeftOut& l : left_out) ++count[l.reason];
-  const auto most = std::max_element(count.begin(), count.end(),
-                                     [](const auto& a, const auto& b) { return a.second < b.second; });
+  const auto most = std::max_element(
+      count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
   return most->first;
+}
+
+std::string describe_mount(const Flight& flight) {
+  const YawPitchRoll angles =
+      yaw_pitch_roll(flight.mount.rotation * forward_right_down_from_camera().conjugate());
+  char text[120];
+  std::snprintf(text, sizeof text, "roll %.2f°, pitch %.2f°, yaw %.2f° on the %s%s",
+                angles.roll.degrees(), angles.pitch.degrees(), angles.yaw.degrees(),
+                flight.gimbal_reference ? "gimbal" : "body",
+                flight.mount.assumed ? ", assumed" : "");
+  return text;
 }
 
 class FlightMapper {
@@ -149,10 +172,12 @@ class FlightMapper {
 
  private:
   [[nodiscard]] std::vector<LocatedFrame> locate(std::vector<LeftOut>& left_out) const;
-  [[nodiscard]] Result<std::vector<PlannedFrame>> plan(const std::vector<LocatedFrame>& located, MapRun& run) const;
+  [[nodiscard]] Result<std::vector<PlannedFrame>> plan(const std::vector<LocatedFrame>& located,
+                                                       MapRun& run) const;
   void observe(const std::vector<PlannedFrame>& frames);
   [[nodiscard]] Result<PreparedFrame> prepare(const PlannedFrame& planned) const;
-  void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared, MapRun& run) const;
+  void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared,
+                 MapRun& run) const;
 
   const Flight& flight_;
   const MappingOptions& options_;
@@ -175,7 +200,8 @@ std::vector<LocatedFrame> FlightMapper::locate(std::vector<LeftOut>& left_out) c
   return located;
 }
 
-Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFrame>& located, MapRun& run) const {
+Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFrame>& located,
+                                                     MapRun& run) const {
   const ViewLimits limits{Angle::degrees(options_.parameters.min_grazing_deg)};
   std::vector<PlannedFrame> planned;
   for (const auto& [frame, pose] : located) {
@@ -194,7 +220,7 @@ Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFr
 
 void FlightMapper::observe(const std::vector<PlannedFrame>& frames) {
   // Enough to know the flight's ice and water by; more would only decode twice.
-  constexpr std::size_t kObserved = 32;
+  constexpr std::size_t kObserved = 16;
   constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
   std::size_t cached = 0;
   const std::size_t count = std::min(kObserved, frames.size());
@@ -224,22 +250,28 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
   WATERSKY_TRY(const cv::Mat p_ice, segmenter_.segment(image, cv::Mat()));
   PreparedFrame prepared{.image = {}, .evidence = {}, .camera = camera, .ice_fraction = 0.0};
   prepared.evidence = to_evidence(p_ice, p.map.prior, prepared.ice_fraction);
-  soften(prepared.evidence, p.sigma_m / planned.view.gsd_m() * camera.focal_px() / flight_.camera.focal_px());
+  soften(prepared.evidence,
+         p.sigma_m / planned.view.gsd_m() * camera.focal_px() / flight_.camera.focal_px());
   if (p.mosaic) prepared.image = displayable(image);
   return prepared;
 }
 
-void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared, MapRun& run) const {
-  const auto leave_out = [&](const Error& e) { run.left_out.push_back({planned.frame->name, e.message}); };
+void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared,
+                             MapRun& run) const {
+  const auto leave_out = [&](const Error& e) {
+    run.left_out.push_back({planned.frame->name, e.message});
+  };
   if (!prepared) return leave_out(prepared.error());
   const GridView view = planned.grid.with(prepared->camera);
-  if (const Status s = run.map.update(view, prepared->evidence, planned.pose.time); !s) return leave_out(s.error());
+  if (const Status s = run.map.update(view, prepared->evidence, planned.pose.time); !s)
+    return leave_out(s.error());
   if (!prepared->image.empty())
     if (const Status s = run.mosaic.add(view, prepared->image); !s) return leave_out(s.error());
 
   UsedFrame used{.file = planned.frame->name, .pose = planned.pose};
   for (const Eigen::Vector2d& corner : planned.grid.footprint)
-    used.footprint_easting_northing_m.push_back(run.reference.easting_northing_m(corner.x(), corner.y()));
+    used.footprint_easting_northing_m.push_back(
+        run.reference.easting_northing_m(corner.x(), corner.y()));
   used.gsd_m = planned.view.gsd_m();
   used.height_above_sea_m = planned.view.height_m();
   used.ice_fraction = prepared->ice_fraction;
@@ -250,14 +282,16 @@ void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedF
 Result<MapRun> FlightMapper::run() {
   const auto started = std::chrono::steady_clock::now();
   if (!flight_.sea_level)
-    return Error{ErrorCode::NotFound, "the height of the sea is not known; give it with --sea-level"};
+    return Error{ErrorCode::NotFound,
+                 "the height of the sea is not known; give it with --sea-level"};
 
   const std::size_t total = flight_.frames.size() + flight_.left_out.size();
   std::vector<LeftOut> left_out = flight_.left_out;
   const std::vector<LocatedFrame> located = locate(left_out);
   const auto none = [&](const std::vector<LeftOut>& reasons) {
-    return Error{ErrorCode::OutOfRange, "none of " + std::to_string(total) + " frames could be used" +
-                                            (reasons.empty() ? "" : "; most often: " + commonest(reasons))};
+    return Error{ErrorCode::OutOfRange,
+                 "none of " + std::to_string(total) + " frames could be used" +
+                     (reasons.empty() ? "" : "; most often: " + commonest(reasons))};
   };
   if (located.empty()) return none(left_out);
 
@@ -271,8 +305,10 @@ Result<MapRun> FlightMapper::run() {
              .notes = flight_.notes,
              .options = options_,
              .calibration = flight_.calibration.description,
+             .mount = describe_mount(flight_),
              .sea_level = flight_.sea_level->description,
-             .datum = flight_.datum};
+             .datum = flight_.datum,
+             .times_are_utc = flight_.times_are_utc};
 
   WATERSKY_TRY(const std::vector<PlannedFrame> planned, plan(located, run));
   observe(planned);
@@ -286,7 +322,8 @@ Result<MapRun> FlightMapper::run() {
       continue;
     }
     for (; next < planned.size() && next < i + window; ++next)
-      ahead.push_back(std::async(std::launch::async, [this, &planned, next] { return prepare(planned[next]); }));
+      ahead.push_back(std::async(std::launch::async,
+                                 [this, &planned, next] { return prepare(planned[next]); }));
     integrate(planned[i], ahead.front().get(), run);
     ahead.pop_front();
   }
@@ -297,18 +334,24 @@ Result<MapRun> FlightMapper::run() {
   run.ice = polarity.polarity;
   if (!segmenter_.classes().two_classes) {
     run.notes.emplace_back(
-        "No frame shows ice and water apart: the map's split may be shading or noise. Look at the mosaic before you trust it.");
+        "No frame shows ice and water apart: the map's split may be shading or noise. Look at the "
+        "mosaic before you trust it.");
   } else if (options_.ice == IcePolarity::Auto) {
     run.notes.push_back(std::string("Ice was taken as the ") +
-                        (run.ice == IcePolarity::Brighter ? "brighter" : "darker") + " class: " + polarity.evidence +
-                        (polarity.confidence < kSureOfPolarity ? ". This is not sure; give --ice brighter or --ice darker." : "."));
+                        (run.ice == IcePolarity::Brighter ? "brighter" : "darker") +
+                        " class: " + polarity.evidence +
+                        (polarity.confidence < kSureOfPolarity
+                             ? ". This is not sure; give --ice brighter or --ice darker."
+                             : "."));
   }
-  const auto cut = std::count_if(run.used.begin(), run.used.end(), [](const UsedFrame& u) { return u.cut_by_grazing_limit; });
+  const auto cut = std::count_if(run.used.begin(), run.used.end(),
+                                 [](const UsedFrame& u) { return u.cut_by_grazing_limit; });
   if (cut > 0) {
     char text[160];
-    std::snprintf(text, sizeof text,
-                  "%d frames see the horizon or sea flatter than %.3g°; that part of them was not used.",
-                  static_cast<int>(cut), options_.parameters.min_grazing_deg);
+    std::snprintf(
+        text, sizeof text,
+        "%d frames see the horizon or sea flatter than %.3g°; that part of them was not used.",
+        static_cast<int>(cut), options_.parameters.min_grazing_deg);
     run.notes.emplace_back(text);
   }
   run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
@@ -317,7 +360,8 @@ Result<MapRun> FlightMapper::run() {
 
 }  // namespace
 
-Result<MapRun> map_flight(const Flight& flight, const MappingOptions& options, const Progress& progress) {
+Result<MapRun> map_flight(const Flight& flight, const MappingOptions& options,
+                          const Progress& progress) {
   WATERSKY_CHECK(validate(options.parameters));
   return FlightMapper(flight, options, progress).run();
 }

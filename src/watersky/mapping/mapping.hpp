@@ -19,7 +19,7 @@ namespace watersky {
 /// columns run east, rows south.
 struct MapReference {
   Projection projection;
-  double anchor_easting_m = 0.0;   ///< whole multiples of the cell
+  double anchor_easting_m = 0.0;  ///< whole multiples of the cell
   double anchor_northing_m = 0.0;
   double cell_m = 0.5;
 
@@ -45,10 +45,16 @@ struct MappingParameters {
   static void describe(Self& self, Visitor&& visit) {
     MapParameters::describe(self.map, visit);
     OtsuParameters::describe(self.otsu, visit);
-    visit(self.sigma_m, ParameterInfo{"sigma_m", "m", "Gaussian softening on the sea for where the pose may be wrong", 0, 1000});
-    visit(self.min_grazing_deg, ParameterInfo{"min_grazing_deg", "deg", "sea seen at a flatter angle is not used", 1, 89});
-    visit(self.max_pose_gap_s, ParameterInfo{"max_pose_gap_s", "s", "longest gap between poses that is interpolated", 0, 3600});
-    visit(self.mosaic, ParameterInfo{"mosaic", "1", "lay the pictures themselves onto the sea as well"});
+    visit(self.sigma_m,
+          ParameterInfo{"sigma_m", "m",
+                        "Gaussian softening on the sea for where the pose may be wrong", 0, 1000});
+    visit(self.min_grazing_deg, ParameterInfo{"min_grazing_deg", "deg",
+                                              "sea seen at a flatter angle is not used", 1, 89});
+    visit(self.max_pose_gap_s,
+          ParameterInfo{"max_pose_gap_s", "s", "longest gap between poses that is interpolated", 0,
+                        3600});
+    visit(self.mosaic,
+          ParameterInfo{"mosaic", "1", "lay the pictures themselves onto the sea as well"});
   }
 };
 
@@ -82,9 +88,11 @@ struct MapRun {
   std::vector<std::string> notes{};  ///< what was assumed, chosen or noticed, one sentence each
   MappingOptions options;
   IcePolarity ice = IcePolarity::Brighter;  ///< given, or found
-  std::string calibration;   ///< where the intrinsics come from
-  std::string sea_level;     ///< how the sea level was given
+  std::string calibration;                  ///< where the intrinsics come from
+  std::string mount;                        ///< how the camera sits
+  std::string sea_level;                    ///< how the sea level was given
   Datum datum;
+  bool times_are_utc = true;
   double wall_s = 0.0;
 };
 

@@ -15,7 +15,8 @@ Angle off_nadir(const UsedFrame& frame) {
 std::vector<TrackPoint> aircraft_track(const Products& products) {
   std::vector<TrackPoint> track;
   for (const UsedFrame& frame : products.used) {
-    const auto place = products.projection.forward(frame.pose.camera.latitude, frame.pose.camera.longitude);
+    const auto place =
+        products.projection.forward(frame.pose.camera.latitude, frame.pose.camera.longitude);
     if (place) track.push_back({to_seconds(frame.pose.time), *place});
   }
   std::stable_sort(track.begin(), track.end(),

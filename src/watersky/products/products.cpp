@@ -45,7 +45,8 @@ struct Task {
 std::vector<Task> tasks_for(const Products& products) {
   const RasterPlace place{products.geotransform, products.projection.wkt()};
   const auto text = [&](const char* description, const char* unit) {
-    return RasterText{description, unit, {{"TIFFTAG_SOFTWARE", "Watersky"}, {"flight", products.flight_name}}};
+    return RasterText{
+        description, unit, {{"TIFFTAG_SOFTWARE", "Watersky"}, {"flight", products.flight_name}}};
   };
   double first_s = 0;
   double last_s = 1;
@@ -63,42 +64,56 @@ std::vector<Task> tasks_for(const Products& products) {
   double most_looks = 1;
   for (int r = 0; r < products.rasters.looks.rows; ++r) {
     const std::uint16_t* n = products.rasters.looks.ptr<std::uint16_t>(r);
-    for (int c = 0; c < products.rasters.looks.cols; ++c) most_looks = std::max<double>(most_looks, n[c]);
+    for (int c = 0; c < products.rasters.looks.cols; ++c)
+      most_looks = std::max<double>(most_looks, n[c]);
   }
 
   // The longest first, so that several threads end together.
   std::vector<Task> tasks;
   if (!products.mosaic_bgra.empty())
     tasks.push_back({"mosaic.tif", [&products, place, text](const fs::path& path) {
-                       return write_mosaic_geotiff(path, products.mosaic_bgra, place, text("photographs on the sea plane", ""));
+                       return write_mosaic_geotiff(path, products.mosaic_bgra, place,
+                                                   text("photographs on the sea plane", ""));
                      }});
-  tasks.push_back({"report.html", [&products](const fs::path& path) { return write_report(path, products); }});
+  tasks.push_back(
+      {"report.html", [&products](const fs::path& path) { return write_report(path, products); }});
   tasks.push_back({"probability.tif", [&products, place, text](const fs::path& path) {
-                     return write_geotiff(path, products.rasters.probability, place, text("probability of ice", "1"));
+                     return write_geotiff(path, products.rasters.probability, place,
+                                          text("probability of ice", "1"));
                    }});
-  tasks.push_back({"ice.gpkg", [&products](const fs::path& path) { return write_geopackage(path, products); }});
+  tasks.push_back(
+      {"ice.gpkg", [&products](const fs::path& path) { return write_geopackage(path, products); }});
   tasks.push_back({"last_seen.tif", [&products, place, text](const fs::path& path) {
-                     return write_geotiff(path, products.rasters.last_seen_s, place, text("time of the last look, UTC since 1970", "s"));
+                     return write_geotiff(path, products.rasters.last_seen_s, place,
+                                          text("time of the last look, UTC since 1970", "s"));
                    }});
   tasks.push_back({"looks.tif", [&products, place, text](const fs::path& path) {
-                     return write_geotiff(path, products.rasters.looks, place, text("frames that showed the cell", "1"));
+                     return write_geotiff(path, products.rasters.looks, place,
+                                          text("frames that showed the cell", "1"));
                    }});
-  tasks.push_back({"icebergs.geojson", [&products](const fs::path& path) { return write_icebergs_geojson(path, products); }});
+  tasks.push_back({"icebergs.geojson", [&products](const fs::path& path) {
+                     return write_icebergs_geojson(path, products);
+                   }});
   tasks.push_back({"probability.qml", [](const fs::path& path) {
                      return write_file(path, raster_qml(kProbabilityRamp, 0, 1, ""));
                    }});
   tasks.push_back({"looks.qml", [most_looks](const fs::path& path) {
-                     return write_file(path, raster_qml(kCountRamp, 1, std::max(2.0, most_looks), ""));
+                     return write_file(path,
+                                       raster_qml(kCountRamp, 1, std::max(2.0, most_looks), ""));
                    }});
   tasks.push_back({"last_seen.qml", [first_s, last_s](const fs::path& path) {
-                     return write_file(path, raster_qml(kCountRamp, first_s, std::max(first_s + 1, last_s), "s"));
+                     return write_file(
+                         path, raster_qml(kCountRamp, first_s, std::max(first_s + 1, last_s), "s"));
                    }});
-  tasks.push_back({"run.json", [&products](const fs::path& path) { return write_file(path, run_json_text(products)); }});
+  tasks.push_back({"run.json", [&products](const fs::path& path) {
+                     return write_file(path, run_json_text(products));
+                   }});
   return tasks;
 }
 
 /// Progress is told from the calling thread only, as its contract has it.
-Status run_tasks(const std::vector<Task>& tasks, const fs::path& folder, int threads, const Progress& progress) {
+Status run_tasks(const std::vector<Task>& tasks, const fs::path& folder, int threads,
+                 const Progress& progress) {
   std::atomic<std::size_t> next{0};
   std::vector<Status> results(tasks.size());
   const auto work = [&](bool tells) {
@@ -133,9 +148,14 @@ Status check_output(const fs::path& out, const WriteOptions& options) {
   const fs::path folder = folder_of(out);
   if (!fs::exists(fs::symlink_status(folder, error))) return {};
   if (!options.overwrite)
-    return Error{ErrorCode::Exists, out.string() + ": is already there; choose another output folder, or replace an earlier run with --overwrite"};
+    return Error{ErrorCode::Exists, out.string() +
+                                        ": is already there; choose another output folder, or "
+                                        "replace an earlier run with --overwrite"};
   if (!fs::is_directory(folder, error) || !is_earlier_run(folder))
-    return Error{ErrorCode::Exists, out.string() + ": is already there and no run of watersky (it holds no run.json of ours), so it is not replaced; choose another output folder"};
+    return Error{ErrorCode::Exists,
+                 out.string() +
+                     ": is already there and no run of watersky (it holds no run.json of ours), so "
+                     "it is not replaced; choose another output folder"};
   return {};
 }
 
@@ -143,13 +163,17 @@ Status write_products(const Products& products, const fs::path& out, const Write
                       const Progress& progress) {
   WATERSKY_CHECK(check_output(out, options));
   if (products.rasters.probability.empty())
-    return Error{ErrorCode::OutOfRange, out.string() + ": not written: no cell of the map was seen"};
+    return Error{ErrorCode::OutOfRange,
+                 out.string() + ": not written: no cell of the map was seen"};
   WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(out));
-  if (const Status written = run_tasks(tasks_for(products), partial.path(), options.threads, progress); !written) {
+  if (const Status written =
+          run_tasks(tasks_for(products), partial.path(), options.threads, progress);
+      !written) {
     Error e = written.error();
     // The folder that the user asked for, not the one it was to be renamed from.
     const std::string part = partial.path().string();
-    if (const std::size_t at = e.message.find(part); at != std::string::npos) e.message.replace(at, part.size(), out.string());
+    if (const std::size_t at = e.message.find(part); at != std::string::npos)
+      e.message.replace(at, part.size(), out.string());
     return e;
   }
   return partial.publish();

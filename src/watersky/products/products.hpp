@@ -45,6 +45,7 @@ struct Products {
   std::string mount;  ///< empty: not said
   std::string sea_level;
   Datum datum;
+  bool times_are_utc = true;
   double mapping_wall_s = 0.0;
 
   [[nodiscard]] double cell_m() const { return geotransform[1]; }

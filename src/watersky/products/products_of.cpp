@@ -18,8 +18,10 @@ Products products_of(const MapRun& run, const ice::ObjectParameters& parameters)
   p.options = run.options;
   p.ice = run.ice;
   p.calibration = run.calibration;
+  p.mount = run.mount;
   p.sea_level = run.sea_level;
   p.datum = run.datum;
+  p.times_are_utc = run.times_are_utc;
   p.mapping_wall_s = run.wall_s;
   analyse(p);
   return p;

@@ -38,14 +38,15 @@ std::string read(const fs::path& path) {
 
 std::set<std::string> names_in(const fs::path& folder) {
   std::set<std::string> names;
-  for (const auto& entry : fs::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  for (const auto& entry : fs::directory_iterator(folder))
+    names.insert(entry.path().filename().string());
   return names;
 }
 
 std::size_t candidates(const Products& p) {
-  return static_cast<std::size_t>(std::count_if(p.objects.begin(), p.objects.end(), [](const auto& o) {
-    return o.kind == ice::ObjectKind::IcebergCandidate;
-  }));
+  return static_cast<std::size_t>(
+      std::count_if(p.objects.begin(), p.objects.end(),
+                    [](const auto& o) { return o.kind == ice::ObjectKind::IcebergCandidate; }));
 }
 
 TEST(Products, EverythingTheContractNamesIsThere) {
@@ -53,15 +54,17 @@ TEST(Products, EverythingTheContractNamesIsThere) {
   const fs::path out = folder.path() / "deep" / "out";
   std::size_t last = 0;
   std::size_t total = 0;
-  const Status s = write_products(products(), out, {}, [&](std::string_view, std::size_t done, std::size_t all) {
-    EXPECT_GE(done, last);
-    last = done;
-    total = all;
-  });
+  const Status s =
+      write_products(products(), out, {}, [&](std::string_view, std::size_t done, std::size_t all) {
+        EXPECT_GE(done, last);
+        last = done;
+        total = all;
+      });
   ASSERT_TRUE(s.ok()) << s.error().message;
   EXPECT_EQ(last, total);
-  for (const char* name : {"probability.tif", "looks.tif", "last_seen.tif", "mosaic.tif", "ice.gpkg",
-                           "icebergs.geojson", "report.html", "run.json", "probability.qml"})
+  for (const char* name :
+       {"probability.tif", "looks.tif", "last_seen.tif", "mosaic.tif", "ice.gpkg",
+        "icebergs.geojson", "report.html", "run.json", "probability.qml"})
     EXPECT_GT(fs::file_size(out / name), 0u) << name;
   EXPECT_EQ(names_in(folder.path() / "deep"), std::set<std::string>{"out"});
 }
@@ -155,11 +158,14 @@ TEST(RunJson, TellsParametersWithTheirUnitsAndFiguresWithTheirs) {
   EXPECT_EQ(run["parameters"]["mapping"]["cell_m"]["unit"], "m");
   EXPECT_EQ(run["parameters"]["mapping"]["p_ice_if_ice"]["value"], 0.7);
   EXPECT_EQ(run["parameters"]["objects"]["isolation_gap_m"]["value"], 3.0);
-  EXPECT_NEAR(run["figures"]["ice_concentration"].get<double>(), products().concentration.expected, 1e-12);
+  EXPECT_NEAR(run["figures"]["ice_concentration"].get<double>(), products().concentration.expected,
+              1e-12);
   EXPECT_EQ(run["figures"]["iceberg_candidates"], candidates(products()));
   EXPECT_EQ(run["projection"]["name"], "EPSG:32633");
-  EXPECT_NEAR(run["extent"]["corners_from_north_west_clockwise"][0]["lat_deg"].get<double>(), 78.9, 0.01);
-  for (const char* name : {"watersky", "opencv", "gdal", "proj"}) EXPECT_FALSE(run["versions"][name].get<std::string>().empty());
+  EXPECT_NEAR(run["extent"]["corners_from_north_west_clockwise"][0]["lat_deg"].get<double>(), 78.9,
+              0.01);
+  for (const char* name : {"watersky", "opencv", "gdal", "proj"})
+    EXPECT_FALSE(run["versions"][name].get<std::string>().empty());
   EXPECT_TRUE(run["mount"].is_null());
 }
 
@@ -190,7 +196,8 @@ TEST(GeoPackage, HoldsItsLayersAndTheirFeatures) {
   EXPECT_EQ(footprints->GetFeatureCount(), 28);
   EXPECT_GT(candidates(products()), 0u);
   EXPECT_EQ(icebergs->GetFeatureCount(), static_cast<GIntBig>(candidates(products())));
-  EXPECT_EQ(floes->GetFeatureCount() + icebergs->GetFeatureCount(), static_cast<GIntBig>(products().objects.size()));
+  EXPECT_EQ(floes->GetFeatureCount() + icebergs->GetFeatureCount(),
+            static_cast<GIntBig>(products().objects.size()));
   EXPECT_STREQ(floes->GetSpatialRef()->GetAuthorityCode(nullptr), "32633");
 
   const std::unique_ptr<OGRFeature> frame(footprints->GetNextFeature());
@@ -212,7 +219,8 @@ TEST(GeoPackage, OutlinesHaveTheAreaTheirFieldsSay) {
     ASSERT_TRUE(layer);
     int seen = 0;
     while (const std::unique_ptr<OGRFeature> f{layer->GetNextFeature()}) {
-      EXPECT_NEAR(f->GetGeometryRef()->toMultiPolygon()->get_Area(), f->GetFieldAsDouble("area_m2"), 1e-3);
+      EXPECT_NEAR(f->GetGeometryRef()->toMultiPolygon()->get_Area(), f->GetFieldAsDouble("area_m2"),
+                  1e-3);
       EXPECT_NEAR(f->GetFieldAsDouble("lat_deg"), 78.9, 0.01);
       EXPECT_NEAR(f->GetFieldAsDouble("lon_deg"), 11.9, 0.02);
       ++seen;
@@ -249,8 +257,9 @@ TEST(GeoJson, IsRfc7946) {
   ASSERT_EQ(collection["features"].size(), candidates(products()));
   for (const json& feature : collection["features"]) {
     EXPECT_GT(feature["properties"]["length_m"].get<double>(), 0);
-    const json polygons = feature["geometry"]["type"] == "MultiPolygon" ? feature["geometry"]["coordinates"]
-                                                                        : json::array({feature["geometry"]["coordinates"]});
+    const json polygons = feature["geometry"]["type"] == "MultiPolygon"
+                              ? feature["geometry"]["coordinates"]
+                              : json::array({feature["geometry"]["coordinates"]});
     for (const json& polygon : polygons) {
       const json& outer = polygon[0];
       double twice = 0;

@@ -48,16 +48,18 @@ std::string raster_qml(Ramp ramp, double low, double high, const std::string& un
   }
   return std::string(kQmlHead) +
          " <pipe>\n"
-         "  <rasterrenderer type=\"singlebandpseudocolor\" band=\"1\" opacity=\"1\" alphaBand=\"-1\" "
-         "classificationMin=\"" + number(low) + "\" classificationMax=\"" + number(high) +
+         "  <rasterrenderer type=\"singlebandpseudocolor\" band=\"1\" opacity=\"1\" "
+         "alphaBand=\"-1\" "
+         "classificationMin=\"" +
+         number(low) + "\" classificationMax=\"" + number(high) +
          "\" nodataColor=\"\">\n"
          "   <rasterTransparency/>\n"
          "   <minMaxOrigin><limits>None</limits><extent>WholeRaster</extent>"
          "<statAccuracy>Estimated</statAccuracy></minMaxOrigin>\n"
          "   <rastershader>\n"
          "    <colorrampshader colorRampType=\"INTERPOLATED\" classificationMode=\"1\" clip=\"0\" "
-         "minimumValue=\"" + number(low) + "\" maximumValue=\"" + number(high) + "\">\n" +
-         items +
+         "minimumValue=\"" +
+         number(low) + "\" maximumValue=\"" + number(high) + "\">\n" + items +
          "    </colorrampshader>\n"
          "   </rastershader>\n"
          "  </rasterrenderer>\n"
@@ -90,9 +92,11 @@ std::string vector_qml(const VectorStyle& style) {
                              {"outline_width_unit", "MM"},
                              {"joinstyle", "round"}});
   return std::string(kQmlHead) +
-         " <renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" forceraster=\"0\" enableorderby=\"0\">\n"
+         " <renderer-v2 type=\"singleSymbol\" symbollevels=\"0\" forceraster=\"0\" "
+         "enableorderby=\"0\">\n"
          "  <symbols>\n"
-         "   <symbol type=\"" + (line ? "line" : "fill") +
+         "   <symbol type=\"" +
+         (line ? "line" : "fill") +
          "\" name=\"0\" alpha=\"1\" clip_to_extent=\"1\" force_rhr=\"0\">\n" + layer +
          "    </layer>\n"
          "   </symbol>\n"
@@ -101,7 +105,9 @@ std::string vector_qml(const VectorStyle& style) {
          "  <sizescale/>\n"
          " </renderer-v2>\n"
          " <blendMode>0</blendMode>\n"
-         " <layerGeometryType>" + (line ? "1" : "2") + "</layerGeometryType>\n"
+         " <layerGeometryType>" +
+         (line ? "1" : "2") +
+         "</layerGeometryType>\n"
          "</qgis>\n";
 }
 
@@ -114,15 +120,17 @@ std::string vector_sld(const std::string& layer, const VectorStyle& style) {
                              parameter("stroke-width", number(style.width_mm / 0.28)) + "</Stroke>";
   const std::string fill = style.kind == SymbolKind::Fill
                                ? "<Fill>" + parameter("fill", hex(style.color)) +
-                                     parameter("fill-opacity", number(style.fill_opacity)) + "</Fill>"
+                                     parameter("fill-opacity", number(style.fill_opacity)) +
+                                     "</Fill>"
                                : "";
   const std::string symbol = style.kind == SymbolKind::Line
                                  ? "<LineSymbolizer>" + stroke + "</LineSymbolizer>"
                                  : "<PolygonSymbolizer>" + fill + stroke + "</PolygonSymbolizer>";
   return "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-         "<StyledLayerDescriptor xmlns=\"http://www.opengis.net/sld\" version=\"1.0.0\"><NamedLayer>"
-         "<Name>" + layer + "</Name><UserStyle><Name>" + layer +
-         "</Name><FeatureTypeStyle><Rule>" + symbol +
+         "<StyledLayerDescriptor xmlns=\"http://www.opengis.net/sld\" "
+         "version=\"1.0.0\"><NamedLayer>"
+         "<Name>" +
+         layer + "</Name><UserStyle><Name>" + layer + "</Name><FeatureTypeStyle><Rule>" + symbol +
          "</Rule></FeatureTypeStyle></UserStyle></NamedLayer></StyledLayerDescriptor>\n";
 }
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "support/survey_products.hpp"
 #include "watersky/products/detail/graticule.hpp"
 #include "watersky/products/detail/html.hpp"
-#include "support/survey_products.hpp"
 
 namespace watersky {
 namespace {
@@ -20,7 +20,8 @@ const Products& products() {
 
 TEST(Report, NeedsNothingElse) {
   const std::string html = report_html(products()).value();
-  for (const char* outside : {"<script", "<link", "src=\"http", "href=\"http", "url(http", "@import"})
+  for (const char* outside :
+       {"<script", "<link", "src=\"http", "href=\"http", "url(http", "@import"})
     EXPECT_EQ(html.find(outside), std::string::npos) << outside;
   EXPECT_NE(html.find("data:image/png;base64,"), std::string::npos);
   EXPECT_NE(html.find("data:image/jpeg;base64,"), std::string::npos);
@@ -77,7 +78,8 @@ TEST(Report, AMapWithoutIceMosaicOrFramesStillHasAReport) {
   analyse(p);
   const Result<std::string> html = report_html(p);
   ASSERT_TRUE(html.ok()) << html.error().message;
-  for (const char* broken : {">nan", "\"nan", " nan", ",nan", ">inf", "\"inf", ",inf", "Lnan", "Mnan"})
+  for (const char* broken :
+       {">nan", "\"nan", " nan", ",nan", ">inf", "\"inf", ",inf", "Lnan", "Mnan"})
     EXPECT_EQ(html->find(broken), std::string::npos) << broken;
 }
 
@@ -85,19 +87,25 @@ TEST(Graticule, LinesAreRoundAndLabelsStandWhereTheyCross) {
   const Products& p = products();
   const double cell = p.cell_m();
   const auto to_sheet = [&](const Eigen::Vector2d& en) {
-    return Eigen::Vector2d((en.x() - p.geotransform[0]) / cell, (p.geotransform[3] - en.y()) / cell);
+    return Eigen::Vector2d((en.x() - p.geotransform[0]) / cell,
+                           (p.geotransform[3] - en.y()) / cell);
   };
   const detail::Graticule g = detail::make_graticule(p, 450, 300, to_sheet);
   std::size_t left = 0;
   for (const detail::GraticuleLabel& label : g.labels) {
     const bool is_left = label.side == detail::GraticuleSide::Left;
     left += is_left ? 1 : 0;
-    const Eigen::Vector2d sheet = is_left ? Eigen::Vector2d(0, label.position) : Eigen::Vector2d(label.position, 300);
-    const Geodetic place = p.projection.inverse({p.geotransform[0] + sheet.x() * cell, p.geotransform[3] - sheet.y() * cell}).value();
+    const Eigen::Vector2d sheet =
+        is_left ? Eigen::Vector2d(0, label.position) : Eigen::Vector2d(label.position, 300);
+    const Geodetic place =
+        p.projection
+            .inverse({p.geotransform[0] + sheet.x() * cell, p.geotransform[3] - sheet.y() * cell})
+            .value();
     int decimals = 0;
     const std::size_t point = label.text.find('.');
     if (point != std::string::npos) decimals = static_cast<int>(label.text.find("′") - point) - 1;
-    EXPECT_EQ(label.text, is_left ? detail::latitude(place.latitude, decimals) : detail::longitude(place.longitude, decimals));
+    EXPECT_EQ(label.text, is_left ? detail::latitude(place.latitude, decimals)
+                                  : detail::longitude(place.longitude, decimals));
   }
   EXPECT_GE(left, 2u);
   EXPECT_GE(g.labels.size() - left, 2u);

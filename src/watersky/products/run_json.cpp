@@ -47,11 +47,15 @@ json extent(const Products& products) {
        {north_west, Eigen::Vector2d(south_east.x(), north_west.y()), south_east,
         Eigen::Vector2d(north_west.x(), south_east.y())}) {
     const auto place = products.projection.inverse(corner);
-    corners.push_back(place ? json{{"lat_deg", place->latitude.degrees()}, {"lon_deg", place->longitude.degrees()}}
+    corners.push_back(place ? json{{"lat_deg", place->latitude.degrees()},
+                                   {"lon_deg", place->longitude.degrees()}}
                             : json());
   }
-  return {{"west_m", north_west.x()}, {"east_m", south_east.x()}, {"south_m", south_east.y()},
-          {"north_m", north_west.y()}, {"corners_from_north_west_clockwise", corners}};
+  return {{"west_m", north_west.x()},
+          {"east_m", south_east.x()},
+          {"south_m", south_east.y()},
+          {"north_m", north_west.y()},
+          {"corners_from_north_west_clockwise", corners}};
 }
 
 json figures(const Products& products) {
@@ -62,7 +66,10 @@ json figures(const Products& products) {
     candidates += o.kind == ice::ObjectKind::IcebergCandidate ? 1 : 0;
   json bins = json::array();
   for (const ice::SizeBin& bin : floes.bins)
-    bins.push_back({{"from_m", bin.from_m}, {"to_m", bin.to_m}, {"count", bin.count}, {"area_m2", bin.area_m2}});
+    bins.push_back({{"from_m", bin.from_m},
+                    {"to_m", bin.to_m},
+                    {"count", bin.count},
+                    {"area_m2", bin.area_m2}});
   return {{"seen_area_m2", products.concentration.seen_area_m2},
           {"seen_cells", products.concentration.seen_cells},
           {"ice_concentration", products.concentration.expected},
@@ -97,22 +104,37 @@ json run_json(const Products& products) {
   const cv::Mat& p = products.rasters.probability;
   return {
       {"watersky", versions.watersky},
-      {"versions", {{"watersky", versions.watersky}, {"opencv", versions.opencv}, {"gdal", versions.gdal}, {"proj", versions.proj}}},
+      {"versions",
+       {{"watersky", versions.watersky},
+        {"opencv", versions.opencv},
+        {"gdal", versions.gdal},
+        {"proj", versions.proj}}},
       {"flight", products.flight_name},
-      {"made_at", to_iso8601(std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now()))},
-      {"frames", {{"total", products.frames_total}, {"used", products.used.size()}, {"left_out", left_out}}},
+      {"made_at",
+       to_iso8601(std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now()))},
+      {"frames",
+       {{"total", products.frames_total}, {"used", products.used.size()}, {"left_out", left_out}}},
       {"figures", figures(products)},
       {"notes", products.notes},
-      {"parameters", {{"mapping", described(products.options.parameters)}, {"objects", described(products.object_parameters)}}},
+      {"parameters",
+       {{"mapping", described(products.options.parameters)},
+        {"objects", described(products.object_parameters)}}},
       {"threads", products.options.threads},
       {"ice", {{"asked", name_of(products.options.ice)}, {"used", name_of(products.ice)}}},
       {"sea_level", text_or_null(products.sea_level)},
       {"calibration", text_or_null(products.calibration)},
       {"mount", text_or_null(products.mount)},
-      {"datum", {{"lat_deg", datum.latitude.degrees()}, {"lon_deg", datum.longitude.degrees()},
-                 {"height_ellipsoid_m", datum.height_ellipsoid_m}, {"x_azimuth_deg", products.datum.x_azimuth().degrees()}}},
+      {"datum",
+       {{"lat_deg", datum.latitude.degrees()},
+        {"lon_deg", datum.longitude.degrees()},
+        {"height_ellipsoid_m", datum.height_ellipsoid_m},
+        {"x_azimuth_deg", products.datum.x_azimuth().degrees()}}},
       {"projection", {{"name", products.projection.name()}, {"wkt", products.projection.wkt()}}},
-      {"grid", {{"columns", p.cols}, {"rows", p.rows}, {"cell_m", products.cell_m()}, {"geotransform", products.geotransform}}},
+      {"grid",
+       {{"columns", p.cols},
+        {"rows", p.rows},
+        {"cell_m", products.cell_m()},
+        {"geotransform", products.geotransform}}},
       {"extent", extent(products)},
       {"timings_s", {{"mapping", products.mapping_wall_s}}},
   };

@@ -18,7 +18,6 @@ namespace watersky {
 
 namespace {
 
-
 /// Adds features to one layer; remembers whether all went well.
 class LayerWriter {
  public:
@@ -56,8 +55,10 @@ void set_time(OGRFeature& feature, const char* name, double seconds_utc) {
   feature.SetField(feature.GetFieldIndex(name), static_cast<int>(date.year()),
                    static_cast<int>(static_cast<unsigned>(date.month())),
                    static_cast<int>(static_cast<unsigned>(date.day())),
-                   static_cast<int>(clock.hours().count()), static_cast<int>(clock.minutes().count()),
-                   static_cast<float>(static_cast<double>(clock.seconds().count()) + to_seconds(Duration(clock.subseconds()))),
+                   static_cast<int>(clock.hours().count()),
+                   static_cast<int>(clock.minutes().count()),
+                   static_cast<float>(static_cast<double>(clock.seconds().count()) +
+                                      to_seconds(Duration(clock.subseconds()))),
                    100);
 }
 
@@ -120,7 +121,8 @@ void add_object(LayerWriter& layer, const Products& products, const ice::IceObje
   if (!f) return;
   f->SetField("id", object.id);
   f->SetField("size_class", std::string(object.size_class).c_str());
-  if (const auto place = products.projection.inverse(products.easting_northing_m(object.centroid))) {
+  if (const auto place =
+          products.projection.inverse(products.easting_northing_m(object.centroid))) {
     f->SetField("lat_deg", place->latitude.degrees());
     f->SetField("lon_deg", place->longitude.degrees());
   }
@@ -254,7 +256,8 @@ Status write_geopackage(const std::filesystem::path& path, const Products& produ
   OGRSpatialReference crs;
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GPKG");
   if (!driver)
-    return Error{ErrorCode::Unsupported, path.string() + ": this GDAL cannot write GeoPackage; install one with SQLite"};
+    return Error{ErrorCode::Unsupported,
+                 path.string() + ": this GDAL cannot write GeoPackage; install one with SQLite"};
   if (!read_crs(products, crs)) return gdal.error(path);
 
   const MemoryFile file(".gpkg");
@@ -267,8 +270,10 @@ Status write_geopackage(const std::filesystem::path& path, const Products& produ
     return package->CreateLayer(name, &crs, type, options.List());
   };
   const bool written =
-      write_footprints(layer("footprints", wkbPolygon, "What each used frame saw of the sea"), products) &&
-      write_objects(layer("floes", wkbMultiPolygon, "Connected pieces of ice"), products, ice::ObjectKind::Floe) &&
+      write_footprints(layer("footprints", wkbPolygon, "What each used frame saw of the sea"),
+                       products) &&
+      write_objects(layer("floes", wkbMultiPolygon, "Connected pieces of ice"), products,
+                    ice::ObjectKind::Floe) &&
       write_objects(layer("icebergs", wkbMultiPolygon,
                           "Iceberg candidates: pieces that are alone, compact and seen whole; "
                           "without height or temperature they cannot be told from floes"),
@@ -285,7 +290,8 @@ Status write_icebergs_geojson(const std::filesystem::path& path, const Products&
   GdalSession gdal;
   OGRSpatialReference crs;
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("GeoJSON");
-  if (!driver) return Error{ErrorCode::Unsupported, path.string() + ": this GDAL cannot write GeoJSON"};
+  if (!driver)
+    return Error{ErrorCode::Unsupported, path.string() + ": this GDAL cannot write GeoJSON"};
   if (!read_crs(products, crs)) return gdal.error(path);
   const MemoryFile file(".geojson");
   DatasetPtr collection(driver->Create(file.name().c_str(), 0, 0, 0, GDT_Unknown, nullptr));

@@ -34,7 +34,8 @@ BandLimitedNoise::BandLimitedNoise(std::uint64_t seed, double sigma, double band
     const double f = band_hz * (i + random.uniform(0.1, 0.9)) / kWaves;
     const double amplitude = std::pow(0.15 * band_hz + f, -5.0 / 6.0);
     power += 0.5 * amplitude * amplitude;
-    waves_.push_back({amplitude, 2.0 * std::numbers::pi * f, random.uniform(0.0, 2.0 * std::numbers::pi)});
+    waves_.push_back(
+        {amplitude, 2.0 * std::numbers::pi * f, random.uniform(0.0, 2.0 * std::numbers::pi)});
   }
   for (Wave& wave : waves_) wave.amplitude *= sigma / std::sqrt(power);
 }
@@ -88,8 +89,8 @@ Aircraft::Aircraft(const AircraftParameters& p, std::uint64_t seed)
 
 void Aircraft::append(double length_m, double curvature, bool leg) {
   const Segment& last = segments_.back();
-  const Eigen::Vector2d start = moved(last.north_m, last.east_m, last.azimuth_rad,
-                                      last.curvature_1_m, last.length_m);
+  const Eigen::Vector2d start =
+      moved(last.north_m, last.east_m, last.azimuth_rad, last.curvature_1_m, last.length_m);
   segments_.push_back({last.start_m + last.length_m, length_m, curvature, start.x(), start.y(),
                        last.azimuth_rad + last.curvature_1_m * last.length_m,
                        last.bank_integral + last.length_m * bank(last.curvature_1_m), leg});
@@ -118,8 +119,8 @@ AircraftState Aircraft::at(double t_s) const {
   const double s = t_s * p_.speed_m_s;
   const Segment& segment = segment_at(s);
   const double into = s - segment.start_m;
-  const Eigen::Vector2d track = moved(segment.north_m, segment.east_m, segment.azimuth_rad,
-                                      segment.curvature_1_m, into);
+  const Eigen::Vector2d track =
+      moved(segment.north_m, segment.east_m, segment.azimuth_rad, segment.curvature_1_m, into);
   const double course = segment.azimuth_rad + segment.curvature_1_m * into;
   const double aside = aside_.at(t_s);
   const double roll_in_m = kRollIn_s * p_.speed_m_s;

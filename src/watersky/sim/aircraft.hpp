@@ -32,21 +32,44 @@ struct AircraftParameters {
   static void describe(Self& self, Visitor&& visit) {
     visit(self.legs, ParameterInfo{"legs", "1", "parallel legs of the survey", 1, 1000});
     visit(self.leg_length_m, ParameterInfo{"leg_length_m", "m", "length of a leg", 1, 100000});
-    visit(self.leg_spacing_m, ParameterInfo{"leg_spacing_m", "m", "between legs; each lies to the right of the one before", 0.1, 10000});
-    visit(self.leg_azimuth_deg, ParameterInfo{"leg_azimuth_deg", "deg", "direction of the first leg, clockwise from north", -360, 360});
-    visit(self.survey_north_m, ParameterInfo{"survey_north_m", "m", "middle of the survey north of the scene's anchor", -20000, 20000});
-    visit(self.survey_east_m, ParameterInfo{"survey_east_m", "m", "middle of the survey east of the scene's anchor", -20000, 20000});
+    visit(self.leg_spacing_m,
+          ParameterInfo{"leg_spacing_m", "m",
+                        "between legs; each lies to the right of the one before", 0.1, 10000});
+    visit(self.leg_azimuth_deg,
+          ParameterInfo{"leg_azimuth_deg", "deg",
+                        "direction of the first leg, clockwise from north", -360, 360});
+    visit(self.survey_north_m,
+          ParameterInfo{"survey_north_m", "m", "middle of the survey north of the scene's anchor",
+                        -20000, 20000});
+    visit(self.survey_east_m,
+          ParameterInfo{"survey_east_m", "m", "middle of the survey east of the scene's anchor",
+                        -20000, 20000});
     visit(self.height_m, ParameterInfo{"height_m", "m", "height above the sea", 0.5, 20000});
     visit(self.speed_m_s, ParameterInfo{"speed_m_s", "m/s", "speed over ground", 0.1, 300});
-    visit(self.turn_radius_m, ParameterInfo{"turn_radius_m", "m", "radius of turns; their bank angle follows from it and the speed", 0.1, 10000});
-    visit(self.trim_pitch_deg, ParameterInfo{"trim_pitch_deg", "deg", "nose up in level flight", -30, 30});
-    visit(self.crab_deg, ParameterInfo{"crab_deg", "deg", "nose right of the track, as in wind from the right", -60, 60});
-    visit(self.gust_roll_deg, ParameterInfo{"gust_roll_deg", "deg", "one sigma of roll in gusts", 0, 45});
-    visit(self.gust_pitch_deg, ParameterInfo{"gust_pitch_deg", "deg", "one sigma of pitch in gusts", 0, 45});
-    visit(self.gust_yaw_deg, ParameterInfo{"gust_yaw_deg", "deg", "one sigma of yaw in gusts", 0, 45});
-    visit(self.gust_height_m, ParameterInfo{"gust_height_m", "m", "one sigma of height in gusts", 0, 100});
-    visit(self.gust_aside_m, ParameterInfo{"gust_aside_m", "m", "one sigma of the distance from the track in gusts", 0, 100});
-    visit(self.gust_band_hz, ParameterInfo{"gust_band_hz", "Hz", "gusts hold no faster motion of attitude, a quarter of it for position", 0.01, 20});
+    visit(self.turn_radius_m,
+          ParameterInfo{"turn_radius_m", "m",
+                        "radius of turns; their bank angle follows from it and the speed", 0.1,
+                        10000});
+    visit(self.trim_pitch_deg,
+          ParameterInfo{"trim_pitch_deg", "deg", "nose up in level flight", -30, 30});
+    visit(self.crab_deg,
+          ParameterInfo{"crab_deg", "deg", "nose right of the track, as in wind from the right",
+                        -60, 60});
+    visit(self.gust_roll_deg,
+          ParameterInfo{"gust_roll_deg", "deg", "one sigma of roll in gusts", 0, 45});
+    visit(self.gust_pitch_deg,
+          ParameterInfo{"gust_pitch_deg", "deg", "one sigma of pitch in gusts", 0, 45});
+    visit(self.gust_yaw_deg,
+          ParameterInfo{"gust_yaw_deg", "deg", "one sigma of yaw in gusts", 0, 45});
+    visit(self.gust_height_m,
+          ParameterInfo{"gust_height_m", "m", "one sigma of height in gusts", 0, 100});
+    visit(self.gust_aside_m,
+          ParameterInfo{"gust_aside_m", "m", "one sigma of the distance from the track in gusts", 0,
+                        100});
+    visit(self.gust_band_hz,
+          ParameterInfo{"gust_band_hz", "Hz",
+                        "gusts hold no faster motion of attitude, a quarter of it for position",
+                        0.01, 20});
   }
 };
 

@@ -71,8 +71,7 @@ TEST(Aircraft, MeetsEveryLegAtConstantSpeedWhateverTheSpacing) {
       }
       before = s;
     }
-    const double across =
-        right.dot(Eigen::Vector2d(before.north_m, before.east_m)) / spacing + 1.5;
+    const double across = right.dot(Eigen::Vector2d(before.north_m, before.east_m)) / spacing + 1.5;
     EXPECT_NEAR(across, 3.0, 1e-6);
   }
 }
@@ -92,7 +91,8 @@ TEST(BandLimitedNoise, HasItsSigmaAndNothingFasterThanItsBand) {
   constexpr int kSteps = 200000;
   for (int i = 0; i < kSteps; ++i) {
     power += std::pow(noise.at(i * 0.01), 2);
-    worst_slope = std::max(worst_slope, std::abs(noise.at(i * 0.01 + 0.001) - noise.at(i * 0.01)) / 0.001);
+    worst_slope =
+        std::max(worst_slope, std::abs(noise.at(i * 0.01 + 0.001) - noise.at(i * 0.01)) / 0.001);
   }
   EXPECT_NEAR(std::sqrt(power / kSteps), 2.5, 0.1);
   // 24 waves in step at the band's edge: no more than sqrt(2 · 24) sigma · 2π 0.8 Hz.

@@ -32,7 +32,8 @@ Lens::Lens(const LensParameters& parameters)
       const double bottom = 1 + r2 * (p_.k4 + r2 * (p_.k5 + r2 * p_.k6));
       const double top_slope = p_.k1 + r2 * (2 * p_.k2 + r2 * 3 * p_.k3);
       const double bottom_slope = p_.k4 + r2 * (2 * p_.k5 + r2 * 3 * p_.k6);
-      slope = bottom > 0 ? top / bottom + 2 * r2 * (top_slope * bottom - top * bottom_slope) / (bottom * bottom)
+      slope = bottom > 0 ? top / bottom + 2 * r2 * (top_slope * bottom - top * bottom_slope) /
+                                              (bottom * bottom)
                          : -1.0;
     }
     if (!(slope > 0.0)) {
@@ -62,8 +63,7 @@ Eigen::Vector2d Lens::distorted(const Eigen::Vector2d& p, Eigen::Matrix2d* slope
 
 double Lens::fisheye_radius(double angle, double* slope) const {
   const double a2 = angle * angle;
-  if (slope)
-    *slope = 1 + a2 * (3 * p_.k1 + a2 * (5 * p_.k2 + a2 * (7 * p_.k3 + a2 * 9 * p_.k4)));
+  if (slope) *slope = 1 + a2 * (3 * p_.k1 + a2 * (5 * p_.k2 + a2 * (7 * p_.k3 + a2 * 9 * p_.k4)));
   return angle * (1 + a2 * (p_.k1 + a2 * (p_.k2 + a2 * (p_.k3 + a2 * p_.k4))));
 }
 

@@ -25,15 +25,21 @@ struct LensParameters {
     visit(self.width_px, ParameterInfo{"width_px", "px", "columns of the image", 8, 20000});
     visit(self.height_px, ParameterInfo{"height_px", "px", "rows of the image", 8, 20000});
     visit(self.focal_px, ParameterInfo{"focal_px", "px", "focal length", 1, 100000});
-    visit(self.centre_right_px, ParameterInfo{"centre_right_px", "px", "principal point right of the image's middle", -5000, 5000});
-    visit(self.centre_down_px, ParameterInfo{"centre_down_px", "px", "principal point below the image's middle", -5000, 5000});
-    visit(self.fisheye, ParameterInfo{"fisheye", "1", "OpenCV's fisheye lens with k1 to k4, not the pinhole"});
+    visit(self.centre_right_px,
+          ParameterInfo{"centre_right_px", "px", "principal point right of the image's middle",
+                        -5000, 5000});
+    visit(self.centre_down_px,
+          ParameterInfo{"centre_down_px", "px", "principal point below the image's middle", -5000,
+                        5000});
+    visit(self.fisheye,
+          ParameterInfo{"fisheye", "1", "OpenCV's fisheye lens with k1 to k4, not the pinhole"});
     visit(self.k1, ParameterInfo{"k1", "1", "radial distortion", -10, 10});
     visit(self.k2, ParameterInfo{"k2", "1", "radial distortion", -10, 10});
     visit(self.p1, ParameterInfo{"p1", "1", "tangential distortion", -1, 1});
     visit(self.p2, ParameterInfo{"p2", "1", "tangential distortion", -1, 1});
     visit(self.k3, ParameterInfo{"k3", "1", "radial distortion", -10, 10});
-    visit(self.k4, ParameterInfo{"k4", "1", "radial distortion, denominator (fisheye: last term)", -10, 10});
+    visit(self.k4,
+          ParameterInfo{"k4", "1", "radial distortion, denominator (fisheye: last term)", -10, 10});
     visit(self.k5, ParameterInfo{"k5", "1", "radial distortion, denominator", -10, 10});
     visit(self.k6, ParameterInfo{"k6", "1", "radial distortion, denominator", -10, 10});
   }

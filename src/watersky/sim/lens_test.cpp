@@ -21,7 +21,8 @@ cv::Point2d by_opencv(const LensParameters& p, const Eigen::Vector3d& point) {
   const cv::Vec3d none(0, 0, 0);
   std::vector<cv::Point2d> pixels;
   if (p.fisheye) {
-    cv::fisheye::projectPoints(points, pixels, none, none, camera_matrix(p), cv::Vec4d(p.k1, p.k2, p.k3, p.k4));
+    cv::fisheye::projectPoints(points, pixels, none, none, camera_matrix(p),
+                               cv::Vec4d(p.k1, p.k2, p.k3, p.k4));
   } else {
     const std::vector<double> distortion{p.k1, p.k2, p.p1, p.p2, p.k3, p.k4, p.k5, p.k6};
     cv::projectPoints(points, none, none, camera_matrix(p), distortion, pixels);
@@ -63,8 +64,8 @@ TEST_P(EveryLens, ProjectsAsOpenCvDoes) {
     const LensParameters p = random_lens(random, GetParam());
     const Lens lens(p);
     for (int i = 0; i < 50; ++i) {
-      const Eigen::Vector3d point(random.uniform(-0.5, 0.5) * 20.0, random.uniform(-0.4, 0.4) * 20.0,
-                                  random.uniform(12.0, 40.0));
+      const Eigen::Vector3d point(random.uniform(-0.5, 0.5) * 20.0,
+                                  random.uniform(-0.4, 0.4) * 20.0, random.uniform(12.0, 40.0));
       const auto pixel = lens.pixel(point);
       ASSERT_TRUE(pixel);
       const cv::Point2d expected = by_opencv(p, point);

@@ -118,7 +118,8 @@ bool is_simple(const Outline& outline) {
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = i + 2; j < n; ++j) {
       if (i == 0 && j == n - 1) continue;  // neighbours share a corner
-      if (segments_cross(outline[i], outline[i + 1], outline[j], outline[(j + 1) % n])) return false;
+      if (segments_cross(outline[i], outline[i + 1], outline[j], outline[(j + 1) % n]))
+        return false;
     }
   return n >= 3;
 }

@@ -27,10 +27,10 @@ using Outline = std::vector<Eigen::Vector2d>;
 [[nodiscard]] bool is_simple(const Outline& outline);
 
 struct OutlineShape {
-  double angularity = 0.22;   ///< one sigma of the corners' distances from the middle, relative
-  double elongation = 0.22;   ///< one sigma of ln(length / width) / 2, at most 0.4
-  double roughness = 0.02;    ///< amplitude of the small irregularities, relative to the size
-  double corner_m = 0.25;     ///< wanted distance between neighbouring corners
+  double angularity = 0.22;  ///< one sigma of the corners' distances from the middle, relative
+  double elongation = 0.22;  ///< one sigma of ln(length / width) / 2, at most 0.4
+  double roughness = 0.02;   ///< amplitude of the small irregularities, relative to the size
+  double corner_m = 0.25;    ///< wanted distance between neighbouring corners
 };
 
 /// A broken-off piece of ice: some straight sides, rounded corners, no symmetry; its centroid at

@@ -17,8 +17,8 @@ namespace {
 
 constexpr int kTextureCells = 1024;
 constexpr double kFineCell_m = 0.12;
-constexpr double kCoarseCell_m = 0.97;  ///< no small multiple of the other: no visible period
-constexpr int kPeriods = 1000;  ///< to 120 km from the anchor, more than a ray reaches
+constexpr double kCoarseCell_m = 0.97;   ///< no small multiple of the other: no visible period
+constexpr int kPeriods = 1000;           ///< to 120 km from the anchor, more than a ray reaches
 constexpr double kFarthest_m = 30000.0;  ///< beyond it a ray counts as sky
 
 /// Water and ice in a visible image, blue, green, red, relative to the level and to the contrast.
@@ -75,13 +75,18 @@ Renderer::Renderer(const Sea& sea, const LensParameters& lens, const SensorParam
                               : Ray{nan, nan, nan});
     }
 
-  if (std::any_of(directions_.begin(), directions_.end(), [](const Ray& d) { return std::isnan(d.z); })) {
+  if (std::any_of(directions_.begin(), directions_.end(),
+                  [](const Ray& d) { return std::isnan(d.z); })) {
     dark_.create(height, width, CV_8U);
     const auto stride = static_cast<std::size_t>(width + 2);
     for (int v = 0; v < height; ++v)
       for (int u = 0; u < width; ++u)
         dark_.at<unsigned char>(v, u) =
-            std::isnan(directions_[static_cast<std::size_t>(v + 1) * stride + static_cast<std::size_t>(u + 1)].z) ? 255 : 0;
+            std::isnan(directions_[static_cast<std::size_t>(v + 1) * stride +
+                                   static_cast<std::size_t>(u + 1)]
+                           .z)
+                ? 255
+                : 0;
   }
 
   Random random(seed, Stream::Appearance);
@@ -131,7 +136,8 @@ float Renderer::texture(double north, double east, unsigned offset) const {
   return 0.70711F * (sample(1.0 / kFineCell_m, offset) + sample(1.0 / kCoarseCell_m, offset + 397));
 }
 
-void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight, cv::Mat& rays) const {
+void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
+                         cv::Mat& rays) const {
   const int s = sensor_.supersampling, width = lens_.width_px;
   const auto stride = static_cast<std::size_t>(width + 2);
   const Ray* here = directions_.data() + static_cast<std::size_t>(v + 1) * stride + 1;
@@ -146,8 +152,8 @@ void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
   const auto ice_texture = static_cast<float>(sensor_.ice_texture);
   const auto water_texture = static_cast<float>(sensor_.water_texture);
   const auto fog = static_cast<float>(sensor_.fog_brightness);
-  const auto sky = static_cast<float>(sensor_.fog_per_m > 0.0 ? sensor_.fog_brightness
-                                                              : sensor_.sky_brightness);
+  const auto sky =
+      static_cast<float>(sensor_.fog_per_m > 0.0 ? sensor_.fog_brightness : sensor_.sky_brightness);
 
   std::array<double, 8> offset{};
   for (int i = 0; i < s; ++i) offset[static_cast<std::size_t>(i)] = (i + 0.5) / s - 0.5;
@@ -173,9 +179,9 @@ void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
     const Eigen::Vector3d right = r * Eigen::Vector3d(0.5 * (here[u + 1].x - here[u - 1].x),
                                                       0.5 * (here[u + 1].y - here[u - 1].y),
                                                       0.5 * (here[u + 1].z - here[u - 1].z));
-    const Eigen::Vector3d down = r * Eigen::Vector3d(0.5 * (below[u].x - above[u].x),
-                                                     0.5 * (below[u].y - above[u].y),
-                                                     0.5 * (below[u].z - above[u].z));
+    const Eigen::Vector3d down =
+        r * Eigen::Vector3d(0.5 * (below[u].x - above[u].x), 0.5 * (below[u].y - above[u].y),
+                            0.5 * (below[u].z - above[u].z));
     const double right_tilt = right.z() * per_down, down_tilt = down.z() * per_down;
     const double right_north = range * (right.x() - d.x() * right_tilt);
     const double right_east = range * (right.y() - d.y() * right_tilt);
@@ -186,6 +192,32 @@ void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
     if (sensor_.fog_per_m > 0.0) clear = static_cast<float>(std::exp(-sensor_.fog_per_m * range));
     // Texture varies little within a pixel: once for all its rays, and only where it shows.
     float ice_here = kNotYet, water_here = kNotYet;
+    const double here_north = middle_north - drift_north, here_east = middle_east - drift_east;
+    const auto brightness_of = [&](int object) {
+      if (object >= 0) {
+        if (ice_here == kNotYet) ice_here = ice_texture * texture(here_north, here_east, 0);
+        return ice_level_[static_cast<std::size_t>(object)] + ice_here;
+      }
+      if (water_here == kNotYet)
+        water_here = water_texture * texture(middle_north, middle_east, 611);
+      return water_here;
+    };
+    const auto through_fog = [&](float seen) {
+      return weight * (clear * seen + (1.0F - clear) * fog);
+    };
+
+    int object = -1;
+    if (index && !picture &&
+        index->same_around(here_north, here_east,
+                           0.5 * (std::abs(right_north) + std::abs(down_north)),
+                           0.5 * (std::abs(right_east) + std::abs(down_east)), object)) {
+      const float light = through_fog(brightness_of(object));
+      for (int j = 0; j < s; ++j) {
+        float* out = rays.ptr<float>(v * s + j) + static_cast<std::ptrdiff_t>(u) * s;
+        for (int i = 0; i < s; ++i) out[i] += light;
+      }
+      continue;
+    }
     for (int j = 0; j < s; ++j) {
       float* out = rays.ptr<float>(v * s + j) + static_cast<std::ptrdiff_t>(u) * s;
       const double oj = offset[static_cast<std::size_t>(j)];
@@ -194,24 +226,15 @@ void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
         // A turned grid: no two rays of a pixel share a row or a column, so an edge along either
         // is resolved to 1/s² of a pixel, not 1/s.
         const double a = oi + oj / s, b = oj - oi / s;
-        const double north = middle_north + a * right_north + b * down_north - drift_north;
-        const double east = middle_east + a * right_east + b * down_east - drift_east;
+        const double north = here_north + a * right_north + b * down_north;
+        const double east = here_east + a * right_east + b * down_east;
         float seen = 0.0F;
-        if (picture) {
-          if (std::abs(north) <= half_north && std::abs(east) <= half_east)
-            seen = sea_.picture_at(north, east);
-        } else {
-          const int object = index ? index->object_at(north, east) : sea_.object_at(north, east);
-          if (object >= 0) {
-            if (ice_here == kNotYet) ice_here = ice_texture * texture(north, east, 0);
-            seen = ice_level_[static_cast<std::size_t>(object)] + ice_here;
-          } else {
-            if (water_here == kNotYet)
-              water_here = water_texture * texture(middle_north, middle_east, 611);
-            seen = water_here;
-          }
+        if (!picture) {
+          seen = brightness_of(index ? index->object_at(north, east) : sea_.object_at(north, east));
+        } else if (std::abs(north) <= half_north && std::abs(east) <= half_east) {
+          seen = sea_.picture_at(north, east);
         }
-        out[i] += weight * (clear * seen + (1.0F - clear) * fog);
+        out[i] += through_fog(seen);
       }
     }
   }
@@ -219,7 +242,8 @@ void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
 
 int Renderer::exposures(const ScenePoseAt& pose, double t_s) const {
   if (sensor_.exposure_s == 0.0) return 1;
-  const ScenePose a = pose(t_s - 0.5 * sensor_.exposure_s), b = pose(t_s + 0.5 * sensor_.exposure_s);
+  const ScenePose a = pose(t_s - 0.5 * sensor_.exposure_s),
+                  b = pose(t_s + 0.5 * sensor_.exposure_s);
   const double moved = (a.origin_m - b.origin_m).norm() / std::max(0.1, -a.origin_m.z());
   const double turned = (a.scene_from_camera - b.scene_from_camera).norm();
   // Half a pixel between two instants keeps the steps below the pixel's own box.

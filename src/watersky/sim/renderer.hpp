@@ -3,9 +3,10 @@
 /// What a camera over a virtual sea records.
 ///
 /// Each pixel is `supersampling`² rays in a turned grid, as many again for each instant that a
-/// moving camera's exposure is divided into. A ray meets the curved sea surface, finds ice or water there without any raster in between, and
-/// carries their brightness through the fog. The lens's blur acts on the rays, then the pixel
-/// averages, then come vignetting, fixed pattern, noise and quantisation.
+/// moving camera's exposure is divided into. A ray meets the curved sea surface, finds ice or water
+/// there without any raster in between, and carries their brightness through the fog. The lens's
+/// blur acts on the rays, then the pixel averages, then come vignetting, fixed pattern, noise and
+/// quantisation.
 #include <Eigen/Core>
 #include <functional>
 #include <opencv2/core/mat.hpp>
@@ -42,22 +43,45 @@ struct SensorParameters {
   static void describe(Self& self, Visitor&& visit) {
     visit(self.bits, ParameterInfo{"bits", "1", "8 or 16 bit a channel", 8, 16});
     visit(self.color, ParameterInfo{"color", "1", "three channels, as a visible camera"});
-    visit(self.ice_darker, ParameterInfo{"ice_darker", "1", "ice darker than water, as cold ice in a thermal image"});
+    visit(self.ice_darker, ParameterInfo{"ice_darker", "1",
+                                         "ice darker than water, as cold ice in a thermal image"});
     visit(self.water_counts, ParameterInfo{"water_counts", "counts", "level of water", 0, 65535});
-    visit(self.contrast_counts, ParameterInfo{"contrast_counts", "counts", "between ice and water on average", 0, 65535});
-    visit(self.noise_counts, ParameterInfo{"noise_counts", "counts", "one sigma of the noise, anew in each frame", 0, 65535});
-    visit(self.pattern_counts, ParameterInfo{"pattern_counts", "counts", "one sigma of the fixed pattern, half of its variance in columns", 0, 65535});
-    visit(self.vignetting, ParameterInfo{"vignetting", "1", "share of the level lost in the corners", 0, 0.95});
+    visit(self.contrast_counts,
+          ParameterInfo{"contrast_counts", "counts", "between ice and water on average", 0, 65535});
+    visit(self.noise_counts, ParameterInfo{"noise_counts", "counts",
+                                           "one sigma of the noise, anew in each frame", 0, 65535});
+    visit(
+        self.pattern_counts,
+        ParameterInfo{"pattern_counts", "counts",
+                      "one sigma of the fixed pattern, half of its variance in columns", 0, 65535});
+    visit(self.vignetting,
+          ParameterInfo{"vignetting", "1", "share of the level lost in the corners", 0, 0.95});
     visit(self.psf_px, ParameterInfo{"psf_px", "px", "one sigma of the lens's blur", 0, 50});
-    visit(self.ice_texture, ParameterInfo{"ice_texture", "1", "one sigma of brightness within ice, relative to the contrast", 0, 2});
-    visit(self.water_texture, ParameterInfo{"water_texture", "1", "one sigma of brightness within water, relative to the contrast", 0, 2});
-    visit(self.floe_variation, ParameterInfo{"floe_variation", "1", "one sigma of brightness from floe to floe, relative to the contrast", 0, 2});
-    visit(self.fog_per_m, ParameterInfo{"fog_per_m", "1/m", "extinction: contrast falls as exp(-this times the slant range)", 0, 10});
-    visit(self.fog_brightness, ParameterInfo{"fog_brightness", "1", "brightness of dense fog, 0 as water and 1 as ice", -10, 10});
-    visit(self.sky_brightness, ParameterInfo{"sky_brightness", "1", "brightness of the sky, 0 as water and 1 as ice", -10, 10});
+    visit(self.ice_texture,
+          ParameterInfo{"ice_texture", "1",
+                        "one sigma of brightness within ice, relative to the contrast", 0, 2});
+    visit(self.water_texture,
+          ParameterInfo{"water_texture", "1",
+                        "one sigma of brightness within water, relative to the contrast", 0, 2});
+    visit(
+        self.floe_variation,
+        ParameterInfo{"floe_variation", "1",
+                      "one sigma of brightness from floe to floe, relative to the contrast", 0, 2});
+    visit(self.fog_per_m,
+          ParameterInfo{"fog_per_m", "1/m",
+                        "extinction: contrast falls as exp(-this times the slant range)", 0, 10});
+    visit(self.fog_brightness,
+          ParameterInfo{"fog_brightness", "1", "brightness of dense fog, 0 as water and 1 as ice",
+                        -10, 10});
+    visit(self.sky_brightness,
+          ParameterInfo{"sky_brightness", "1", "brightness of the sky, 0 as water and 1 as ice",
+                        -10, 10});
     visit(self.exposure_s, ParameterInfo{"exposure_s", "s", "exposure time", 0, 10});
-    visit(self.readout_s, ParameterInfo{"readout_s", "s", "rolling shutter, first row to last; 0 exposes all rows at once", 0, 10});
-    visit(self.supersampling, ParameterInfo{"supersampling", "1", "rays along a pixel's edge", 1, 8});
+    visit(self.readout_s,
+          ParameterInfo{"readout_s", "s",
+                        "rolling shutter, first row to last; 0 exposes all rows at once", 0, 10});
+    visit(self.supersampling,
+          ParameterInfo{"supersampling", "1", "rays along a pixel's edge", 1, 8});
   }
 };
 
@@ -108,7 +132,7 @@ class Renderer {
   std::vector<float> ice_level_;  ///< of each object, 1 on average over the ice's area
   cv::Mat texture_;               ///< CV_32F, periodic, zero mean, unit variance
   cv::Mat gain_, pattern_;        ///< CV_32F
-  cv::Mat dark_;                  ///< CV_8U, 255 where no light falls; empty when it falls everywhere
+  cv::Mat dark_;  ///< CV_8U, 255 where no light falls; empty when it falls everywhere
 };
 
 }  // namespace watersky::sim

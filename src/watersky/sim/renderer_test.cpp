@@ -74,7 +74,9 @@ TEST(Renderer, IsNeitherMirroredNorTransposed) {
       #...#...
       #.....##
       ...#....
-      .....#..)", 5.0).value();
+      .....#..)",
+                                  5.0)
+                      .value();
   const LensParameters lens = small_lens(100.0);
   const cv::Mat seen = make(sea, lens, bare()).brightness(still(nadir(50.0, 1.3, -2.1)), 0.0);
   int ice = 0;
@@ -115,12 +117,14 @@ TEST(Renderer, ShowsDiscsWhereOpenCvProjectsTheirMiddles) {
 
     const Eigen::Matrix3d r = pose.scene_from_camera.transpose();
     const Eigen::Vector3d t = -r * pose.origin_m;
-    const cv::Matx33d rotation(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0), r(2, 1), r(2, 2));
+    const cv::Matx33d rotation(r(0, 0), r(0, 1), r(0, 2), r(1, 0), r(1, 1), r(1, 2), r(2, 0),
+                               r(2, 1), r(2, 2));
     cv::Vec3d turn;
     cv::Rodrigues(rotation, turn);
     const Lens model(lens);
     const cv::Matx33d camera(lens.focal_px, 0, model.u0(), 0, lens.focal_px, model.v0(), 0, 0, 1);
-    const std::vector<double> distortion{lens.k1, lens.k2, lens.p1, lens.p2, lens.k3, lens.k4, lens.k5, lens.k6};
+    const std::vector<double> distortion{lens.k1, lens.k2, lens.p1, lens.p2,
+                                         lens.k3, lens.k4, lens.k5, lens.k6};
     std::vector<cv::Point2d> pixels;
     cv::projectPoints(std::vector<cv::Point3d>{{middle.x(), middle.y(), 0.0}}, turn,
                       cv::Vec3d(t.x(), t.y(), t.z()), camera, distortion, pixels);
@@ -136,7 +140,8 @@ TEST(Renderer, ShowsDiscsWhereOpenCvProjectsTheirMiddles) {
 
 // A step blurred by a Gaussian and by the pixel has the sum of their variances.
 TEST(Renderer, BlursByItsPointSpreadAndThePixelItself) {
-  const Sea sea = Sea::from_outlines({{{-40, 0.1}, {40, 0.1}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
+  const Sea sea =
+      Sea::from_outlines({{{-40, 0.1}, {40, 0.1}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
   SensorParameters sensor = bare();
   sensor.psf_px = 1.5;
   const cv::Mat seen = make(sea, small_lens(100.0), sensor).brightness(still(nadir(50.0)), 0.0);
@@ -149,7 +154,9 @@ TEST(Renderer, BlursByItsPointSpreadAndThePixelItself) {
 }
 
 TEST(Renderer, FogTakesContrastByTheExponentOfTheSlantRange) {
-  const Sea sea = Sea::from_outlines({{{-400, 0}, {400, 0}, {400, 400}, {-400, 400}}}, {}, {1000, 1000}).value();
+  const Sea sea =
+      Sea::from_outlines({{{-400, 0}, {400, 0}, {400, 400}, {-400, 400}}}, {}, {1000, 1000})
+          .value();
   SensorParameters sensor = bare();
   sensor.fog_per_m = 0.01;
   sensor.fog_brightness = 0.4;
@@ -157,7 +164,8 @@ TEST(Renderer, FogTakesContrastByTheExponentOfTheSlantRange) {
   const ScenePose pose = nadir(80.0, 0.0, 0.0);
   const cv::Mat foggy = make(sea, lens, sensor).brightness(still(pose), 0.0);
   for (const auto& [u, v] : {std::pair{44, 30}, std::pair{75, 3}, std::pair{60, 50}}) {
-    const double range = 80.0 * std::sqrt(1.0 + (std::pow(u - 40, 2) + std::pow(v - 30, 2)) / 1600.0);
+    const double range =
+        80.0 * std::sqrt(1.0 + (std::pow(u - 40, 2) + std::pow(v - 30, 2)) / 1600.0);
     const double ice = foggy.at<float>(v, u), water = foggy.at<float>(v, 80 - u);
     EXPECT_NEAR(ice - water, std::exp(-0.01 * range), 1e-4);
     EXPECT_NEAR(water, 0.4 * (1.0 - std::exp(-0.01 * range)), 1e-4);
@@ -213,7 +221,8 @@ TEST(Renderer, RepeatsItselfForTheSameSeedAndFrameOnly) {
 }
 
 TEST(Renderer, TextureMakesNeitherIceNorWaterFlat) {
-  const Sea sea = Sea::from_outlines({{{-90, 0}, {90, 0}, {90, 90}, {-90, 90}}}, {}, {200, 200}).value();
+  const Sea sea =
+      Sea::from_outlines({{{-90, 0}, {90, 0}, {90, 90}, {-90, 90}}}, {}, {200, 200}).value();
   SensorParameters sensor = bare();
   sensor.ice_texture = 0.12;
   sensor.water_texture = 0.06;
@@ -249,7 +258,8 @@ TEST(Renderer, FloesDifferInBrightnessButNotOnAverage) {
 
 // 20 m/s east for 0.1 s is 2 m or 4 pixels: an edge becomes a ramp of 4 pixels.
 TEST(Renderer, SmearsWhatMovesDuringTheExposure) {
-  const Sea sea = Sea::from_outlines({{{-40, 0}, {40, 0}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
+  const Sea sea =
+      Sea::from_outlines({{{-40, 0}, {40, 0}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
   SensorParameters sensor = bare();
   sensor.exposure_s = 0.1;
   const ScenePoseAt moving = [](double t) { return nadir(50.0, 0.0, 20.0 * t); };
@@ -260,7 +270,8 @@ TEST(Renderer, SmearsWhatMovesDuringTheExposure) {
 
 // Read out in 1 s at 10 m/s east: the first row looks 5 m west of the middle row, 10 pixels.
 TEST(Renderer, RollingShutterShearsTheImageAroundItsMiddleRow) {
-  const Sea sea = Sea::from_outlines({{{-40, 0}, {40, 0}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
+  const Sea sea =
+      Sea::from_outlines({{{-40, 0}, {40, 0}, {40, 40}, {-40, 40}}}, {}, {100, 100}).value();
   SensorParameters sensor = bare();
   sensor.readout_s = 1.0;
   const ScenePoseAt moving = [](double t) { return nadir(50.0, 0.0, 10.0 * (t - 7.0)); };
@@ -272,7 +283,8 @@ TEST(Renderer, RollingShutterShearsTheImageAroundItsMiddleRow) {
 }
 
 TEST(Renderer, IceDriftsAndTakesItsTruthWithIt) {
-  const Sea sea = Sea::from_outlines({{{-5, -5}, {5, -5}, {5, 5}, {-5, 5}}}, {}, {100, 100}).value();
+  const Sea sea =
+      Sea::from_outlines({{{-5, -5}, {5, -5}, {5, 5}, {-5, 5}}}, {}, {100, 100}).value();
   const Renderer renderer = make(sea, small_lens(100.0), bare(), 1, {0.5, 1.0});
   const cv::Moments m = cv::moments(renderer.brightness(still(nadir(50.0)), 4.0));
   EXPECT_NEAR(m.m10 / m.m00, 40.0 + 8.0, 1e-3);  // 4 m east
@@ -285,7 +297,8 @@ TEST(Renderer, GivesSixteenBitsAndColourAndDarknessOutsideTheLens) {
   sensor.bits = 16;
   sensor.water_counts = 20000.0;
   sensor.contrast_counts = 1000.0;
-  EXPECT_EQ(make(sea, small_lens(100.0), sensor).image(still(nadir(50.0)), 0.0, 1).type(), CV_16UC1);
+  EXPECT_EQ(make(sea, small_lens(100.0), sensor).image(still(nadir(50.0)), 0.0, 1).type(),
+            CV_16UC1);
   sensor = SensorParameters{};
   sensor.color = true;
   LensParameters lens = small_lens(30.0);

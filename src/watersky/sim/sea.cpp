@@ -45,7 +45,8 @@ std::vector<bool> isolated_objects(const cv::Mat& labels, std::size_t count, dou
   for (int dr = -reach; dr <= reach; ++dr)
     for (int dc = -reach; dc <= reach; ++dc) {
       // Between the nearest sides of two squares.
-      const double distance = std::hypot(std::max(0, std::abs(dr) - 1), std::max(0, std::abs(dc) - 1));
+      const double distance =
+          std::hypot(std::max(0, std::abs(dr) - 1), std::max(0, std::abs(dc) - 1));
       if (distance < gap_cells) near.emplace_back(dc, dr);
     }
   for (int r = 0; r < labels.rows; ++r)
@@ -70,7 +71,8 @@ std::vector<bool> isolated_objects(const cv::Mat& labels, std::size_t count, dou
 
 Result<Sea> Sea::from_outlines(std::vector<Outline> outlines, const std::vector<bool>& isolated,
                                Extent extent, std::vector<Lead> leads) {
-  if (!(extent.north_m > 0.0 && extent.east_m > 0.0 && std::isfinite(extent.north_m * extent.east_m)))
+  if (!(extent.north_m > 0.0 && extent.east_m > 0.0 &&
+        std::isfinite(extent.north_m * extent.east_m)))
     return Error{ErrorCode::InvalidInput, "the scene's extent must be positive"};
   auto geometry = std::make_shared<Geometry>();
   const Eigen::Vector2d half(0.5 * extent.north_m, 0.5 * extent.east_m);
@@ -124,8 +126,8 @@ Result<Sea> Sea::from_ascii(std::string_view drawing, double cell_m, double isol
     for (int c = 0; c < ice.cols; ++c) {
       const char drawn = line[static_cast<std::size_t>(c)];
       if (drawn != '#' && drawn != '.')
-        return Error{ErrorCode::InvalidInput, place + " holds '" + std::string(1, drawn) +
-                                                  "': '#' is ice and '.' water"};
+        return Error{ErrorCode::InvalidInput,
+                     place + " holds '" + std::string(1, drawn) + "': '#' is ice and '.' water"};
       ice.at<unsigned char>(r, c) = drawn == '#' ? 1 : 0;
     }
   }
@@ -158,7 +160,8 @@ Result<Sea> Sea::from_raster(const cv::Mat& ice, const cv::Mat& picture, double 
   }
 
   cv::Mat stats, middles;
-  const int labels = cv::connectedComponentsWithStats(ice, geometry->labels, stats, middles, 8, CV_32S);
+  const int labels =
+      cv::connectedComponentsWithStats(ice, geometry->labels, stats, middles, 8, CV_32S);
   const auto count = static_cast<std::size_t>(labels - 1);
   const std::vector<bool> isolated =
       isolated_objects(geometry->labels, count, isolation_gap_m / cell_m);

@@ -21,7 +21,7 @@ namespace watersky::sim {
 
 /// One connected piece of ice.
 struct IceObject {
-  int id = 0;  ///< its index in Sea::objects()
+  int id = 0;                                                     ///< its index in Sea::objects()
   Eigen::Vector2d centre_north_east_m = Eigen::Vector2d::Zero();  ///< centroid of its area
   double area_m2 = 0.0;
   double equivalent_radius_m = 0.0;  ///< of the disc of equal area

@@ -27,9 +27,9 @@ std::vector<double> power_law_sizes(Random& random, std::size_t count, double ex
                                     double high) {
   std::vector<double> sizes(count);
   for (std::size_t i = 0; i < count; ++i)
-    sizes[i] = power_law_quantile((static_cast<double>(count - 1 - i) + random.uniform()) /
-                                      static_cast<double>(count),
-                                  exponent, low, high);
+    sizes[i] = power_law_quantile(
+        (static_cast<double>(count - 1 - i) + random.uniform()) / static_cast<double>(count),
+        exponent, low, high);
   return sizes;
 }
 
@@ -90,15 +90,15 @@ class Room {
     cv::fillPoly(body, std::vector<std::vector<cv::Point>>{corners}, 255);
     cv::Mat grown;
     cv::dilate(body, body, cv::Mat::ones(3, 3, CV_8U));
-    cv::dilate(body, grown, cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin - 1, 2 * margin - 1}));
+    cv::dilate(body, grown,
+               cv::getStructuringElement(cv::MORPH_ELLIPSE, {2 * margin - 1, 2 * margin - 1}));
 
     const std::optional<cv::Point> middle = find(random, body, corners, nearest);
     if (!middle) return std::nullopt;
     const cv::Rect all(middle->x - body.cols / 2, middle->y - body.rows / 2, body.cols, body.rows);
     const cv::Rect inside = all & cv::Rect(0, 0, taken_.cols, taken_.rows);
     taken_(inside) |= grown(inside - all.tl());
-    const Eigen::Vector2d move =
-        Eigen::Vector2d(middle->y * cell_m_, middle->x * cell_m_) - half_;
+    const Eigen::Vector2d move = Eigen::Vector2d(middle->y * cell_m_, middle->x * cell_m_) - half_;
     for (Eigen::Vector2d& p : outline) p += move;
     return outline;
   }
@@ -194,8 +194,9 @@ std::string percent(double share) { return std::to_string(std::lround(100.0 * sh
 Result<Sea> make_sea(const SeaParameters& p) {
   WATERSKY_CHECK(validate(p));
   if (p.floe_min_m > p.floe_max_m || p.isolated_min_m > p.isolated_max_m)
-    return Error{ErrorCode::Usage, "the smallest ice is larger than the largest: check floe_min_m, "
-                                   "floe_max_m, isolated_min_m and isolated_max_m"};
+    return Error{ErrorCode::Usage,
+                 "the smallest ice is larger than the largest: check floe_min_m, "
+                 "floe_max_m, isolated_min_m and isolated_max_m"};
   Random random(static_cast<std::uint64_t>(p.sea_seed), Stream::Sea);
   Room room(p);
   std::vector<Lead> leads;
@@ -232,8 +233,8 @@ Result<Sea> make_sea(const SeaParameters& p) {
   const double area_m2 = p.extent_north_m * p.extent_east_m;
   const double wanted_m2 = p.concentration * area_m2 - ice_m2;
   if (wanted_m2 > 0.0) {
-    const auto count = static_cast<std::size_t>(std::lround(
-        wanted_m2 / mean_area_m2(p.floe_exponent, p.floe_min_m, p.floe_max_m)));
+    const auto count = static_cast<std::size_t>(
+        std::lround(wanted_m2 / mean_area_m2(p.floe_exponent, p.floe_min_m, p.floe_max_m)));
     // The largest come first. A few that do not fit are left out; more would bend the power law.
     double left_out_m2 = 0.0;
     for (const double d :
@@ -241,18 +242,21 @@ Result<Sea> make_sea(const SeaParameters& p) {
       if (add(d, OutlineShape{}, p.floe_gap_m, false)) continue;
       left_out_m2 += 0.25 * std::numbers::pi * d * d;
       if (left_out_m2 > 0.02 * area_m2)
-        return Error{ErrorCode::OutOfRange,
-                     "with " + percent(ice_m2 / area_m2) +
-                         " of the scene covered, floes of " + std::to_string(std::lround(d)) +
-                         " m no longer fit, so it cannot hold " + percent(p.concentration) +
-                         " of ice; lower concentration, floe_gap_m or floe_max_m, or enlarge the scene"};
+        return Error{
+            ErrorCode::OutOfRange,
+            "with " + percent(ice_m2 / area_m2) + " of the scene covered, floes of " +
+                std::to_string(std::lround(d)) + " m no longer fit, so it cannot hold " +
+                percent(p.concentration) +
+                " of ice; lower concentration, floe_gap_m or floe_max_m, or enlarge the scene"};
     }
   }
   return Sea::from_outlines(std::move(outlines), isolated, {p.extent_north_m, p.extent_east_m},
                             std::move(leads));
 }
 
-std::vector<std::string_view> sea_preset_names() { return {"not_easy", "pack", "marginal", "bergs"}; }
+std::vector<std::string_view> sea_preset_names() {
+  return {"not_easy", "pack", "marginal", "bergs"};
+}
 
 Result<SeaParameters> sea_preset(std::string_view name) {
   SeaParameters p;
@@ -288,7 +292,8 @@ Result<SeaParameters> sea_preset(std::string_view name) {
   std::string known;
   for (const std::string_view preset : sea_preset_names())
     known += (known.empty() ? "" : ", ") + std::string(preset);
-  return Error{ErrorCode::NotFound, "no sea is called '" + std::string(name) + "'; there are " + known};
+  return Error{ErrorCode::NotFound,
+               "no sea is called '" + std::string(name) + "'; there are " + known};
 }
 
 }  // namespace watersky::sim

@@ -30,21 +30,40 @@ struct SeaParameters {
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
-    visit(self.sea_seed, ParameterInfo{"sea_seed", "1", "another number is another sea", 0, 2147483647});
-    visit(self.extent_north_m, ParameterInfo{"extent_north_m", "m", "size of the scene from south to north", 10, 20000});
-    visit(self.extent_east_m, ParameterInfo{"extent_east_m", "m", "size of the scene from west to east", 10, 20000});
-    visit(self.concentration, ParameterInfo{"concentration", "1", "share of the scene that is ice; 0 leaves the isolated objects only", 0, 0.9});
-    visit(self.floe_exponent, ParameterInfo{"floe_exponent", "1", "floes larger than d are in number as d to minus this", 0.1, 5});
-    visit(self.floe_min_m, ParameterInfo{"floe_min_m", "m", "smallest floe, diameter of the disc of equal area", 0.5, 10000});
+    visit(self.sea_seed,
+          ParameterInfo{"sea_seed", "1", "another number is another sea", 0, 2147483647});
+    visit(self.extent_north_m,
+          ParameterInfo{"extent_north_m", "m", "size of the scene from south to north", 10, 20000});
+    visit(self.extent_east_m,
+          ParameterInfo{"extent_east_m", "m", "size of the scene from west to east", 10, 20000});
+    visit(self.concentration,
+          ParameterInfo{"concentration", "1",
+                        "share of the scene that is ice; 0 leaves the isolated objects only", 0,
+                        0.9});
+    visit(self.floe_exponent,
+          ParameterInfo{"floe_exponent", "1",
+                        "floes larger than d are in number as d to minus this", 0.1, 5});
+    visit(self.floe_min_m,
+          ParameterInfo{"floe_min_m", "m", "smallest floe, diameter of the disc of equal area", 0.5,
+                        10000});
     visit(self.floe_max_m, ParameterInfo{"floe_max_m", "m", "largest floe", 0.5, 10000});
-    visit(self.floe_gap_m, ParameterInfo{"floe_gap_m", "m", "least open water between two floes", 0, 1000});
-    visit(self.isolated_count, ParameterInfo{"isolated_count", "1", "growlers and bergy bits with open water around them", 0, 100000});
-    visit(self.isolated_exponent, ParameterInfo{"isolated_exponent", "1", "as floe_exponent, for isolated objects", 0.1, 5});
-    visit(self.isolated_min_m, ParameterInfo{"isolated_min_m", "m", "smallest isolated object", 0.1, 1000});
-    visit(self.isolated_max_m, ParameterInfo{"isolated_max_m", "m", "largest isolated object", 0.1, 1000});
-    visit(self.isolation_gap_m, ParameterInfo{"isolation_gap_m", "m", "least open water around an isolated object", 0, 1000});
+    visit(self.floe_gap_m,
+          ParameterInfo{"floe_gap_m", "m", "least open water between two floes", 0, 1000});
+    visit(self.isolated_count,
+          ParameterInfo{"isolated_count", "1",
+                        "growlers and bergy bits with open water around them", 0, 100000});
+    visit(self.isolated_exponent, ParameterInfo{"isolated_exponent", "1",
+                                                "as floe_exponent, for isolated objects", 0.1, 5});
+    visit(self.isolated_min_m,
+          ParameterInfo{"isolated_min_m", "m", "smallest isolated object", 0.1, 1000});
+    visit(self.isolated_max_m,
+          ParameterInfo{"isolated_max_m", "m", "largest isolated object", 0.1, 1000});
+    visit(self.isolation_gap_m,
+          ParameterInfo{"isolation_gap_m", "m", "least open water around an isolated object", 0,
+                        1000});
     visit(self.lead_count, ParameterInfo{"lead_count", "1", "cracks that cross the scene", 0, 100});
-    visit(self.lead_width_m, ParameterInfo{"lead_width_m", "m", "width of a lead on average", 0.1, 1000});
+    visit(self.lead_width_m,
+          ParameterInfo{"lead_width_m", "m", "width of a lead on average", 0.1, 1000});
   }
 };
 

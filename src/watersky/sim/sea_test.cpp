@@ -80,7 +80,9 @@ TEST(Sea, KeepsTheGapsItPromises) {
     isolated += sea.objects()[i].isolated;
     for (std::size_t j = i + 1; j < pieces.size(); ++j) {
       const IceObject &a = sea.objects()[i], &b = sea.objects()[j];
-      if ((a.centre_north_east_m - b.centre_north_east_m).norm() > a.max_length_m + b.max_length_m + 3.0) continue;
+      if ((a.centre_north_east_m - b.centre_north_east_m).norm() >
+          a.max_length_m + b.max_length_m + 3.0)
+        continue;
       EXPECT_GE(distance_m(pieces[i], pieces[j]), a.isolated || b.isolated ? 3.0 : p.floe_gap_m);
       EXPECT_FALSE(contains(pieces[i], pieces[j][0]) || contains(pieces[j], pieces[i][0]));
     }
@@ -181,7 +183,8 @@ TEST(SeaPreset, NotEasyIsNotEasy) {
 }
 
 TEST(SeaPreset, AllAreMadeAndOthersAreNamed) {
-  for (const std::string_view name : sea_preset_names()) EXPECT_TRUE(make_sea(sea_preset(name).value()).ok()) << name;
+  for (const std::string_view name : sea_preset_names())
+    EXPECT_TRUE(make_sea(sea_preset(name).value()).ok()) << name;
   EXPECT_NE(sea_preset("pancake").error().message.find("marginal"), std::string::npos);
 }
 
@@ -189,7 +192,8 @@ TEST(SeaPreset, AllAreMadeAndOthersAreNamed) {
 TEST(IceFraction, AddsUpToTheAreaAndMatchesSampling) {
   const Sea sea = make_sea(small_sea(12)).value();
   for (const double cell : {0.7, 3.0, 11.0}) {
-    const cv::Size cells(static_cast<int>(std::ceil(110 / cell)), static_cast<int>(std::ceil(150 / cell)));
+    const cv::Size cells(static_cast<int>(std::ceil(110 / cell)),
+                         static_cast<int>(std::ceil(150 / cell)));
     const cv::Mat share = ice_fraction(sea, cells, [&](const Eigen::Vector2d& p) {
       return Eigen::Vector2d((p.y() + 55) / cell, (75 - p.x()) / cell);
     });
@@ -204,7 +208,8 @@ TEST(IceFraction, AddsUpToTheAreaAndMatchesSampling) {
       constexpr int kSide = 60;
       for (int y = 0; y < kSide; ++y)
         for (int x = 0; x < kSide; ++x)
-          ice += sea.is_ice(75 - (r + (y + 0.5) / kSide) * cell, -55 + (c + (x + 0.5) / kSide) * cell);
+          ice +=
+              sea.is_ice(75 - (r + (y + 0.5) / kSide) * cell, -55 + (c + (x + 0.5) / kSide) * cell);
       EXPECT_NEAR(share.at<float>(r, c), static_cast<double>(ice) / (kSide * kSide), 0.02);
     }
   }
@@ -214,7 +219,8 @@ TEST(IceFraction, OfASquareCutByTheGridIsExact) {
   AreaCoverage coverage({4, 3});
   coverage.add({{-1.0, 0.25}, {2.5, 0.25}, {2.5, 1.5}, {-1.0, 1.5}});
   coverage.add({{3.5, 2.0}, {9.0, 2.0}, {9.0, 8.0}, {3.5, 8.0}});
-  const cv::Mat expected = (cv::Mat_<float>(3, 4) << 0.75F, 0.75F, 0.375F, 0, 0.5F, 0.5F, 0.25F, 0, 0, 0, 0, 0.5F);
+  const cv::Mat expected =
+      (cv::Mat_<float>(3, 4) << 0.75F, 0.75F, 0.375F, 0, 0.5F, 0.5F, 0.25F, 0, 0, 0, 0, 0.5F);
   EXPECT_LT(cv::norm(coverage.share(), expected, cv::NORM_INF), 1e-7);
 }
 
@@ -223,7 +229,9 @@ TEST(SeaFromAscii, HasNorthUpAndEastRight) {
   const Sea sea = Sea::from_ascii(R"(
       ##....
       #...#.
-      ......)", 10.0, 5.0).value();
+      ......)",
+                                  10.0, 5.0)
+                      .value();
   EXPECT_EQ(sea.extent().north_m, 30.0);
   EXPECT_EQ(sea.extent().east_m, 60.0);
   EXPECT_TRUE(sea.is_ice(14.0, -29.0));
@@ -254,8 +262,8 @@ TEST(SeaFromRaster, ScalesItsPictureToWaterZeroIceOne) {
   const cv::Mat ice = (cv::Mat_<unsigned char>(2, 3) << 1, 0, 0, 2, 0, 0);
   const cv::Mat picture = (cv::Mat_<unsigned short>(2, 3) << 90, 200, 210, 110, 190, 200);
   const Sea sea = Sea::from_raster(ice, picture, 2.0).value();
-  EXPECT_NEAR(sea.picture_at(1.0, -2.0), 1.1, 1e-6);   // (90 - 200) / (100 - 200)
-  EXPECT_NEAR(sea.picture_at(0.0, -2.0), 1.0, 1e-6);   // half way
+  EXPECT_NEAR(sea.picture_at(1.0, -2.0), 1.1, 1e-6);  // (90 - 200) / (100 - 200)
+  EXPECT_NEAR(sea.picture_at(0.0, -2.0), 1.0, 1e-6);  // half way
   EXPECT_NEAR(sea.picture_at(1.0, 2.0), -0.1, 1e-6);
   EXPECT_EQ(sea.objects().size(), 1u);
   EXPECT_FALSE(Sea::from_raster(ice, cv::Mat(2, 3, CV_8U, cv::Scalar(7)), 2.0).ok());
@@ -275,22 +283,27 @@ TEST(Sea, RefusesOutlinesThatAreNone) {
 TEST(SimulatorsEarth, AgreesWithGeographicLib) {
   Random random(14);
   for (int i = 0; i < 2000; ++i) {
-    const Geodetic p{Angle::degrees(random.uniform(-90, 90)), Angle::degrees(random.uniform(-180, 180)),
-                     random.uniform(-500, 20000)};
+    const Geodetic p{Angle::degrees(random.uniform(-90, 90)),
+                     Angle::degrees(random.uniform(-180, 180)), random.uniform(-500, 20000)};
     EXPECT_LT((earth_centred(p) - ecef_from(p).v).norm(), 5e-9);
     const Geodetic back = geodetic_of(earth_centred(p));
     EXPECT_LT((earth_centred(back) - earth_centred(p)).norm(), 5e-9);
-    EXPECT_LT((north_east_down(p) - ecef_from_ned_rotation(p.latitude, p.longitude).toRotationMatrix()).norm(), 1e-12);
+    EXPECT_LT(
+        (north_east_down(p) - ecef_from_ned_rotation(p.latitude, p.longitude).toRotationMatrix())
+            .norm(),
+        1e-12);
   }
 }
 
 TEST(SimulatorsEarth, TheSeaKeepsItsHeightAroundTheAnchor) {
   for (const double lat : {0.0, 45.0, 78.9, 89.0}) {
     const SeaSurface surface(Geodetic{Angle::degrees(lat), 11.9_deg, 30.0});
-    for (const auto& [distance, bound] : {std::pair{1000.0, 1e-5}, std::pair{2000.0, 1e-4}, std::pair{5000.0, 5e-3}})
+    for (const auto& [distance, bound] :
+         {std::pair{1000.0, 1e-5}, std::pair{2000.0, 1e-4}, std::pair{5000.0, 5e-3}})
       for (int i = 0; i < 16; ++i) {
         const double a = i * std::numbers::pi / 8;
-        const Eigen::Vector3d p = surface.above(distance * std::cos(a), distance * std::sin(a), 0.0);
+        const Eigen::Vector3d p =
+            surface.above(distance * std::cos(a), distance * std::sin(a), 0.0);
         EXPECT_NEAR(geodetic_from({p}).height_ellipsoid_m, 30.0, bound) << lat << ' ' << distance;
       }
   }

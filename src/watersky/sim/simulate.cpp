@@ -104,10 +104,12 @@ Result<Trajectory> recorded_poses(const Scenario& scenario, const Motion& motion
   const NavigationParameters& nav = scenario.navigation;
   Random random(static_cast<std::uint64_t>(scenario.seed), Stream::Navigation);
   const double step_s = 1.0 / nav.pose_rate_hz;
-  std::array<Wandering, 6> errors{
-      Wandering(random, step_s, nav.nav_correlation_s), Wandering(random, step_s, nav.nav_correlation_s),
-      Wandering(random, step_s, nav.nav_correlation_s), Wandering(random, step_s, nav.nav_correlation_s),
-      Wandering(random, step_s, nav.nav_correlation_s), Wandering(random, step_s, nav.nav_correlation_s)};
+  std::array<Wandering, 6> errors{Wandering(random, step_s, nav.nav_correlation_s),
+                                  Wandering(random, step_s, nav.nav_correlation_s),
+                                  Wandering(random, step_s, nav.nav_correlation_s),
+                                  Wandering(random, step_s, nav.nav_correlation_s),
+                                  Wandering(random, step_s, nav.nav_correlation_s),
+                                  Wandering(random, step_s, nav.nav_correlation_s)};
   const double attitude_sigma = nav.nav_attitude_sigma_deg * kDegree;
   std::vector<StampedPose> poses;
   const auto count = static_cast<std::size_t>(std::ceil((to_s - from_s) / step_s)) + 1;
@@ -122,9 +124,10 @@ Result<Trajectory> recorded_poses(const Scenario& scenario, const Motion& motion
         place[k] = nav.nav_position_sigma_m * errors[static_cast<std::size_t>(k)].next();
         turn[k] = attitude_sigma * errors[static_cast<std::size_t>(k) + 3].next();
       }
-      pose.world_from_body = Rigid3<World, Body>(
-          pose.world_from_body.rotation() * Eigen::Quaterniond(turned(turn.z(), turn.y(), turn.x())),
-          Point<World>{pose.world_from_body.origin().v + place});
+      pose.world_from_body =
+          Rigid3<World, Body>(pose.world_from_body.rotation() *
+                                  Eigen::Quaterniond(turned(turn.z(), turn.y(), turn.x())),
+                              Point<World>{pose.world_from_body.origin().v + place});
       pose.sigma = PoseSigma{Eigen::Vector3d::Constant(nav.nav_position_sigma_m),
                              Eigen::Vector3d::Constant(attitude_sigma)};
     }
@@ -149,8 +152,7 @@ Result<RotationTrack> recorded_gimbal(const Scenario& scenario, const Motion& mo
 
 Point<World> Truth::world(const Eigen::Vector2d& north_east_m) const {
   const DatumAxes axes(datum.origin());
-  const Eigen::Vector3d p =
-      SeaSurface(sea.anchor()).above(north_east_m.x(), north_east_m.y(), 0.0);
+  const Eigen::Vector3d p = SeaSurface(sea.anchor()).above(north_east_m.x(), north_east_m.y(), 0.0);
   return {axes.axes.transpose() * (p - axes.origin)};
 }
 
@@ -169,17 +171,18 @@ Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
                              Angle::degrees(scenario.datum_lon_deg),
                              scenario.datum_height_ellipsoid_m};
   const DatumAxes datum(datum_place);
-  Geodetic anchor = geodetic_of(
-      datum.origin + datum.axes * Eigen::Vector3d(scenario.scene_north_m, scenario.scene_east_m, 0.0));
+  Geodetic anchor =
+      geodetic_of(datum.origin +
+                  datum.axes * Eigen::Vector3d(scenario.scene_north_m, scenario.scene_east_m, 0.0));
   anchor.height_ellipsoid_m = scenario.sea_height_ellipsoid_m;
   const Sea sea = unplaced.at(anchor);
 
   const auto seed = static_cast<std::uint64_t>(scenario.seed);
   const Eigen::Vector2d drift(scenario.drift_north_m_s, scenario.drift_east_m_s);
-  WATERSKY_TRY(const Aircraft aircraft,
-               Aircraft::make(scenario.aircraft, mix(seed, static_cast<std::uint64_t>(Stream::Gusts))));
-  WATERSKY_TRY(Renderer renderer,
-               Renderer::make(sea, scenario.lens, scenario.sensor, seed, drift));
+  WATERSKY_TRY(
+      const Aircraft aircraft,
+      Aircraft::make(scenario.aircraft, mix(seed, static_cast<std::uint64_t>(Stream::Gusts))));
+  WATERSKY_TRY(Renderer renderer, Renderer::make(sea, scenario.lens, scenario.sensor, seed, drift));
   WATERSKY_TRY(CameraModel model, camera_model(scenario.lens));
   const auto studio = std::make_shared<const Studio>(
       Studio{std::move(renderer), Motion(scenario, aircraft, anchor)});
@@ -195,8 +198,8 @@ Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
   const double sea_height = scenario.sea_height_ellipsoid_m;
   char text[64];
   std::snprintf(text, sizeof text, "%.3f m above the ellipsoid, as simulated", sea_height);
-  flight.sea_level = SeaLevel{[sea_height](const Geodetic&) { return Result<double>(sea_height); },
-                              text, 0.0};
+  flight.sea_level =
+      SeaLevel{[sea_height](const Geodetic&) { return Result<double>(sea_height); }, text, 0.0};
 
   const CameraSetup& camera = scenario.camera;
   Random clock(seed, Stream::Clock);
@@ -220,8 +223,9 @@ Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
         {captured, datum.world_from<Camera>(motion.camera(to_seconds(captured - truth.start)))});
   }
   if (flight.frames.empty())
-    return Error{ErrorCode::Usage, "the flight is too short for an image; raise frame_rate_hz or "
-                                   "leg_length_m"};
+    return Error{ErrorCode::Usage,
+                 "the flight is too short for an image; raise frame_rate_hz or "
+                 "leg_length_m"};
 
   // Poses do not fall on the frames: interpolation is part of what is simulated.
   const double from_s = -kMargin_s - clock.uniform(0.0, 1.0 / scenario.navigation.pose_rate_hz);

@@ -35,19 +35,38 @@ struct CameraSetup {
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
-    visit(self.mount_roll_deg, ParameterInfo{"mount_roll_deg", "deg", "camera on the body, or with a gimbal where it points from level flight along the track", -180, 180});
-    visit(self.mount_pitch_deg, ParameterInfo{"mount_pitch_deg", "deg", "-90 looks straight down, image top forward", -180, 180});
-    visit(self.mount_yaw_deg, ParameterInfo{"mount_yaw_deg", "deg", "-90 with pitch -90 puts the image top to the left", -360, 360});
-    visit(self.mount_x_m, ParameterInfo{"mount_x_m", "m", "camera forward of the body's origin, or the gimbal's", -100, 100});
+    visit(self.mount_roll_deg, ParameterInfo{"mount_roll_deg", "deg",
+                                             "camera on the body, or with a gimbal where it points "
+                                             "from level flight along the track",
+                                             -180, 180});
+    visit(self.mount_pitch_deg,
+          ParameterInfo{"mount_pitch_deg", "deg", "-90 looks straight down, image top forward",
+                        -180, 180});
+    visit(self.mount_yaw_deg,
+          ParameterInfo{"mount_yaw_deg", "deg", "-90 with pitch -90 puts the image top to the left",
+                        -360, 360});
+    visit(self.mount_x_m,
+          ParameterInfo{"mount_x_m", "m", "camera forward of the body's origin, or the gimbal's",
+                        -100, 100});
     visit(self.mount_y_m, ParameterInfo{"mount_y_m", "m", "camera to the right", -100, 100});
     visit(self.mount_z_m, ParameterInfo{"mount_z_m", "m", "camera down", -100, 100});
-    visit(self.gimbal, ParameterInfo{"gimbal", "1", "0 fixed to the body, 1 stabilised with attitude recorded against the body, 2 against north, east, down", 0, 2});
-    visit(self.gimbal_jitter_deg, ParameterInfo{"gimbal_jitter_deg", "deg", "one sigma of what the gimbal leaves of the motion (recorded)", 0, 45});
+    visit(self.gimbal, ParameterInfo{"gimbal", "1",
+                                     "0 fixed to the body, 1 stabilised with attitude recorded "
+                                     "against the body, 2 against north, east, down",
+                                     0, 2});
+    visit(self.gimbal_jitter_deg,
+          ParameterInfo{"gimbal_jitter_deg", "deg",
+                        "one sigma of what the gimbal leaves of the motion (recorded)", 0, 45});
     visit(self.frame_rate_hz, ParameterInfo{"frame_rate_hz", "Hz", "images a second", 0.001, 1000});
-    visit(self.images_in_turns, ParameterInfo{"images_in_turns", "1", "take images between the legs too"});
-    visit(self.capture_recorded, ParameterInfo{"capture_recorded", "1", "images carry the time of their capture, not only of their arrival"});
-    visit(self.arrival_delay_s, ParameterInfo{"arrival_delay_s", "s", "from capture to arrival", 0, 100});
-    visit(self.arrival_jitter_s, ParameterInfo{"arrival_jitter_s", "s", "one sigma of the delay; never early", 0, 100});
+    visit(self.images_in_turns,
+          ParameterInfo{"images_in_turns", "1", "take images between the legs too"});
+    visit(self.capture_recorded,
+          ParameterInfo{"capture_recorded", "1",
+                        "images carry the time of their capture, not only of their arrival"});
+    visit(self.arrival_delay_s,
+          ParameterInfo{"arrival_delay_s", "s", "from capture to arrival", 0, 100});
+    visit(self.arrival_jitter_s,
+          ParameterInfo{"arrival_jitter_s", "s", "one sigma of the delay; never early", 0, 100});
   }
 };
 
@@ -62,10 +81,19 @@ struct NavigationParameters {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit(self.pose_rate_hz, ParameterInfo{"pose_rate_hz", "Hz", "poses a second", 0.1, 1000});
-    visit(self.nav_position_sigma_m, ParameterInfo{"nav_position_sigma_m", "m", "one sigma of the recorded position, along each axis", 0, 1000});
-    visit(self.nav_attitude_sigma_deg, ParameterInfo{"nav_attitude_sigma_deg", "deg", "one sigma of the recorded attitude, about each axis", 0, 45});
-    visit(self.nav_correlation_s, ParameterInfo{"nav_correlation_s", "s", "time in which navigation errors forget themselves; 0 makes them new in each pose", 0, 100000});
-    visit(self.nav_delay_s, ParameterInfo{"nav_delay_s", "s", "poses are stamped this much too late", -10, 10});
+    visit(self.nav_position_sigma_m,
+          ParameterInfo{"nav_position_sigma_m", "m",
+                        "one sigma of the recorded position, along each axis", 0, 1000});
+    visit(self.nav_attitude_sigma_deg,
+          ParameterInfo{"nav_attitude_sigma_deg", "deg",
+                        "one sigma of the recorded attitude, about each axis", 0, 45});
+    visit(self.nav_correlation_s,
+          ParameterInfo{
+              "nav_correlation_s", "s",
+              "time in which navigation errors forget themselves; 0 makes them new in each pose", 0,
+              100000});
+    visit(self.nav_delay_s,
+          ParameterInfo{"nav_delay_s", "s", "poses are stamped this much too late", -10, 10});
   }
 };
 
@@ -89,15 +117,35 @@ struct Scenario {
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
-    visit(self.seed, ParameterInfo{"seed", "1", "of everything but the sea's shape: gusts, noise, brightness, errors", 0, 2147483647});
-    visit(self.datum_lat_deg, ParameterInfo{"datum_lat_deg", "deg", "latitude of the mission datum", -90, 90});
-    visit(self.datum_lon_deg, ParameterInfo{"datum_lon_deg", "deg", "longitude of the mission datum", -180, 180});
-    visit(self.datum_height_ellipsoid_m, ParameterInfo{"datum_height_ellipsoid_m", "m", "height of the mission datum above WGS-84", -1000, 10000});
-    visit(self.sea_height_ellipsoid_m, ParameterInfo{"sea_height_ellipsoid_m", "m", "height of the sea above WGS-84", -1000, 10000});
-    visit(self.scene_north_m, ParameterInfo{"scene_north_m", "m", "the scene's anchor north of the datum, in the datum's tangent plane", -200000, 200000});
-    visit(self.scene_east_m, ParameterInfo{"scene_east_m", "m", "the scene's anchor east of the datum, in the datum's tangent plane", -200000, 200000});
-    visit(self.drift_north_m_s, ParameterInfo{"drift_north_m_s", "m/s", "motion of all ice to the north; truth is where it is when the first leg starts", -10, 10});
-    visit(self.drift_east_m_s, ParameterInfo{"drift_east_m_s", "m/s", "motion of all ice to the east", -10, 10});
+    visit(self.seed,
+          ParameterInfo{"seed", "1",
+                        "of everything but the sea's shape: gusts, noise, brightness, errors", 0,
+                        2147483647});
+    visit(self.datum_lat_deg,
+          ParameterInfo{"datum_lat_deg", "deg", "latitude of the mission datum", -90, 90});
+    visit(self.datum_lon_deg,
+          ParameterInfo{"datum_lon_deg", "deg", "longitude of the mission datum", -180, 180});
+    visit(self.datum_height_ellipsoid_m,
+          ParameterInfo{"datum_height_ellipsoid_m", "m", "height of the mission datum above WGS-84",
+                        -1000, 10000});
+    visit(self.sea_height_ellipsoid_m,
+          ParameterInfo{"sea_height_ellipsoid_m", "m", "height of the sea above WGS-84", -1000,
+                        10000});
+    visit(self.scene_north_m,
+          ParameterInfo{"scene_north_m", "m",
+                        "the scene's anchor north of the datum, in the datum's tangent plane",
+                        -200000, 200000});
+    visit(self.scene_east_m,
+          ParameterInfo{"scene_east_m", "m",
+                        "the scene's anchor east of the datum, in the datum's tangent plane",
+                        -200000, 200000});
+    visit(self.drift_north_m_s,
+          ParameterInfo{
+              "drift_north_m_s", "m/s",
+              "motion of all ice to the north; truth is where it is when the first leg starts", -10,
+              10});
+    visit(self.drift_east_m_s,
+          ParameterInfo{"drift_east_m_s", "m/s", "motion of all ice to the east", -10, 10});
     SeaParameters::describe(self.sea, visit);
     LensParameters::describe(self.lens, visit);
     SensorParameters::describe(self.sensor, visit);
@@ -114,9 +162,9 @@ struct TrueFrame {
 };
 
 struct Truth {
-  Sea sea;      ///< at its place, as it is at `start`
+  Sea sea;  ///< at its place, as it is at `start`
   Datum datum;
-  Time start;   ///< when the first leg starts
+  Time start;  ///< when the first leg starts
   Eigen::Vector2d drift_north_east_m_s = Eigen::Vector2d::Zero();
   std::vector<TrueFrame> frames;  ///< in the order of Flight::frames
 

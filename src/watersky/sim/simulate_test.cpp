@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <set>
 #include <string>
@@ -79,8 +81,10 @@ TEST(Simulate, RecordsWhatTheCameraDid) {
         ASSERT_TRUE(pose.ok()) << pose.error().message;
         const auto& truth = run.truth.frames[i].world_from_camera;
         EXPECT_EQ(pose->time, run.truth.frames[i].captured_at);
-        EXPECT_LT((pose->world_from_camera.origin() - truth.origin()).v.norm(), 2e-3) << preset << gimbal;
-        EXPECT_LT(angle_between(pose->world_from_camera.rotation(), truth.rotation()).radians(), 3e-4)
+        EXPECT_LT((pose->world_from_camera.origin() - truth.origin()).v.norm(), 2e-3)
+            << preset << gimbal;
+        EXPECT_LT(angle_between(pose->world_from_camera.rotation(), truth.rotation()).radians(),
+                  3e-4)
             << preset << gimbal;
       }
     }
@@ -134,7 +138,8 @@ TEST(Simulate, ObjectsOfTheTruthLieOnTheSeaAroundTheScenesAnchor) {
   const Sea& sea = run.truth.sea;
   for (const IceObject& object : sea.objects()) {
     const Geodetic by_scene = sea.geodetic(object.centre_north_east_m);
-    const Geodetic by_world = run.flight.datum.geodetic(run.truth.world(object.centre_north_east_m));
+    const Geodetic by_world =
+        run.flight.datum.geodetic(run.truth.world(object.centre_north_east_m));
     EXPECT_NEAR(by_scene.height_ellipsoid_m, 30.0, 1e-5);
     EXPECT_LT((ecef_from(by_scene) - ecef_from(by_world)).v.norm(), 1e-6);
     // Back into the anchor's tangent frame by the library's own way.
@@ -147,8 +152,10 @@ TEST(Simulate, IsDeterministicAndRendersInAnyOrder) {
   const Simulation a = simulate(quick("not_easy")).value(), b = simulate(quick("not_easy")).value();
   ASSERT_EQ(a.flight.frames.size(), b.flight.frames.size());
   const std::size_t last = a.flight.frames.size() - 1;
-  const cv::Mat a0 = a.flight.frames[0].load({}).value(), al = a.flight.frames[last].load({}).value();
-  const cv::Mat bl = b.flight.frames[last].load({}).value(), b0 = b.flight.frames[0].load({}).value();
+  const cv::Mat a0 = a.flight.frames[0].load({}).value(),
+                al = a.flight.frames[last].load({}).value();
+  const cv::Mat bl = b.flight.frames[last].load({}).value(),
+                b0 = b.flight.frames[0].load({}).value();
   EXPECT_EQ(cv::norm(a0, b0, cv::NORM_INF), 0.0);
   EXPECT_EQ(cv::norm(al, bl, cv::NORM_INF), 0.0);
   Scenario other = quick("not_easy");
@@ -176,6 +183,45 @@ TEST(Simulate, ReducesImagesByAreaAndInColourToGrey) {
   EXPECT_FALSE(load({.reduction = 3}).ok());
 }
 
+// Real thermal images of sea ice at about 1 m/px with hand-made masks (PANGAEA.971908).
+TEST(Simulate, FliesOverARealThermalImage) {
+  const char* given = std::getenv("WATERSKY_DATA");
+  const std::string data = given ? given : WATERSKY_SOURCE_DIR "/../shared/data";
+  const cv::Mat picture =
+      cv::imread(data + "/tir_sea_ice/images/train_00.png", cv::IMREAD_GRAYSCALE);
+  const cv::Mat classes =
+      cv::imread(data + "/tir_sea_ice/masks/train_00.png", cv::IMREAD_UNCHANGED);
+  if (picture.empty() || classes.empty())
+    GTEST_SKIP() << "no tir_sea_ice in " << data << "; set WATERSKY_DATA";
+  const cv::Mat ice = classes == 1;
+  const Sea sea = Sea::from_raster(ice, picture, 1.0).value();
+  EXPECT_NEAR(sea.concentration(), cv::countNonZero(ice) / (480.0 * 480.0), 1e-9);
+
+  Scenario s = quick("not_easy");
+  s.aircraft.height_m = 200.0;
+  s.sensor.contrast_counts = 60.0;
+  const Simulation run = simulate(s, sea).value();
+  // Straight down from the truth's own pose: what is ice in the mask is brighter on average.
+  const CameraPose pose = run.flight.camera_pose(run.flight.frames[4], kGap).value();
+  const cv::Mat image = run.flight.frames[4].load({}).value();
+  double sum[2]{}, count[2]{};
+  for (int v = 0; v < image.rows; ++v)
+    for (int u = 0; u < image.cols; ++u) {
+      const Eigen::Vector3d d =
+          (pose.sea_from_camera * *run.flight.camera.direction({1.0 * u, 1.0 * v})).v;
+      const Eigen::Vector3d o = pose.sea_from_camera.origin().v;
+      const Point<watersky::Sea> p{o - o.z() / d.z() * d};
+      const Eigen::Vector3d scene =
+          (ecef_from_sea(run.truth.sea.anchor()).inverse() * (ecef_from_sea(pose.sea_below) * p)).v;
+      const bool is_ice = run.truth.sea.is_ice(scene.x(), scene.y());
+      sum[is_ice] += image.at<unsigned char>(v, u);
+      ++count[is_ice];
+    }
+  ASSERT_GT(count[0], 500);
+  ASSERT_GT(count[1], 500);
+  EXPECT_GT(sum[1] / count[1] - sum[0] / count[0], 25.0);
+}
+
 TEST(Simulate, NavigationErrorsAreOffByDefaultAndOfTheirSigmaWhenOn) {
   Scenario s = quick("not_easy");
   s.aircraft.leg_length_m = 2000.0;
@@ -190,13 +236,17 @@ TEST(Simulate, NavigationErrorsAreOffByDefaultAndOfTheirSigmaWhenOn) {
   double place = 0.0, turn = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) {
     place += (a[i].world_from_body.origin() - b[i].world_from_body.origin()).v.squaredNorm() / 3.0;
-    turn += std::pow(angle_between(a[i].world_from_body.rotation(), b[i].world_from_body.rotation()).degrees(), 2) / 3.0;
+    turn += std::pow(angle_between(a[i].world_from_body.rotation(), b[i].world_from_body.rotation())
+                         .degrees(),
+                     2) /
+            3.0;
   }
   EXPECT_NEAR(std::sqrt(place / static_cast<double>(a.size())), 0.5, 0.015);
   EXPECT_NEAR(std::sqrt(turn / static_cast<double>(a.size())), 0.8, 0.025);
   EXPECT_EQ(b[0].sigma->position_north_east_down_m.x(), 0.5);
   // The truth is not touched.
-  EXPECT_EQ(exact.truth.frames[3].world_from_camera.origin().v, noisy.truth.frames[3].world_from_camera.origin().v);
+  EXPECT_EQ(exact.truth.frames[3].world_from_camera.origin().v,
+            noisy.truth.frames[3].world_from_camera.origin().v);
 }
 
 TEST(Simulate, ANavigationDelayStampsPosesLate) {

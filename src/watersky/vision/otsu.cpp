@@ -152,9 +152,7 @@ Result<OtsuThreshold> otsu_threshold(const cv::Mat& gray, const cv::Mat& valid) 
   return otsu_threshold(bins);
 }
 
-Status OtsuSegmenter::check(const OtsuParameters& parameters) {
-  return validate(parameters);
-}
+Status OtsuSegmenter::check(const OtsuParameters& parameters) { return validate(parameters); }
 
 OtsuSegmenter::OtsuSegmenter(const OtsuParameters& parameters, IcePolarity ice)
     : parameters_(parameters), ice_(ice) {

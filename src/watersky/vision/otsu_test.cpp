@@ -69,9 +69,7 @@ cv::Mat ice_found(const Segmenter& segmenter, const cv::Mat& image, const cv::Ma
 double fraction(const cv::Mat& mask) {
   return cv::countNonZero(mask) / static_cast<double>(mask.total());
 }
-double error(const cv::Mat& found, const cv::Mat& ice) {
-  return fraction(found ^ ice);
-}
+double error(const cv::Mat& found, const cv::Mat& ice) { return fraction(found ^ ice); }
 
 const cv::Size kFrame{320, 256};
 

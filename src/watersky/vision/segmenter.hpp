@@ -28,7 +28,8 @@ class Segmenter {
   /// P(ice) per pixel: CV_32F of the image's size in [0, 1], NaN where the method does not know
   /// (that pixel adds no evidence) and where `valid` is 0. Unsupported for an image type that
   /// the method does not take.
-  [[nodiscard]] virtual Result<cv::Mat> segment(const cv::Mat& image, const cv::Mat& valid) const = 0;
+  [[nodiscard]] virtual Result<cv::Mat> segment(const cv::Mat& image,
+                                                const cv::Mat& valid) const = 0;
 
  protected:
   Segmenter() = default;

@@ -196,7 +196,9 @@ ParseStep parse_frame(std::span<const std::uint8_t> bytes) {
   frame.system = bytes[i + 1];
   frame.component = bytes[i + 2];
   frame.message_id = bytes[i + 3];
-  if (v2) frame.message_id |= static_cast<std::uint32_t>(bytes[8]) << 8 | static_cast<std::uint32_t>(bytes[9]) << 16;
+  if (v2)
+    frame.message_id |=
+        static_cast<std::uint32_t>(bytes[8]) << 8 | static_cast<std::uint32_t>(bytes[9]) << 16;
   frame.info = find_message(frame.message_id);
   if (frame.info && !v2 && length != frame.info->min_length) return not_a_frame;
 
@@ -311,7 +313,8 @@ Result<std::vector<std::uint8_t>> encode(const Message& message, const Sender& s
   if (version == 1)
     out = {kMagic1, len, sender.sequence, sender.system, sender.component, id(0)};
   else
-    out = {kMagic2, len, 0, 0, sender.sequence, sender.system, sender.component, id(0), id(8), id(16)};
+    out = {kMagic2,          len,   0,     0,     sender.sequence, sender.system,
+           sender.component, id(0), id(8), id(16)};
   const auto payload = message.payload().first(length);
   out.insert(out.end(), payload.begin(), payload.end());
   std::uint16_t c = crc(std::span(out).subspan(1));

@@ -65,7 +65,8 @@ struct Frame {
   const MessageInfo* info = nullptr;  ///< nullptr: unknown id, and so the CRC was not checked
   bool is_signed = false;
   std::span<const std::uint8_t> payload;
-  std::span<const std::uint8_t> bytes;  ///< the whole frame, signature included: what a router forwards
+  std::span<const std::uint8_t>
+      bytes;  ///< the whole frame, signature included: what a router forwards
 };
 
 enum class ParseOutcome {
@@ -130,7 +131,7 @@ struct Sender {
 
 /// A message as an unsigned frame of MAVLink 2 (trailing zeros cut, extensions included) or 1.
 /// Unsupported for a message whose id MAVLink 1 cannot carry.
-[[nodiscard]] Result<std::vector<std::uint8_t>> encode(const Message& message,
-                                                       const Sender& sender, int version = 2);
+[[nodiscard]] Result<std::vector<std::uint8_t>> encode(const Message& message, const Sender& sender,
+                                                       int version = 2);
 
 }  // namespace watersky::mavlink

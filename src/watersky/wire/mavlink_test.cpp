@@ -28,8 +28,8 @@ Message message(std::string_view name) {
 // Frames made by node-mavlink 2.3.0 and parsed back by it.
 const Bytes kHeartbeat2 = from_hex("fd0900000001010000000a0000000103510403fd23");
 const Bytes kHeartbeat1 = from_hex("fe09050101000a0000000103510403346d");
-const Bytes kPosition2 = from_hex(
-    "fd1c000001010121000040e201004026ca2e80d1f008a086010018730100640038ff03002823f797");
+const Bytes kPosition2 =
+    from_hex("fd1c000001010121000040e201004026ca2e80d1f008a086010018730100640038ff03002823f797");
 const Bytes kText2 = from_hex("fd060000020101fd00000668656c6c6f1d9e");
 const Bytes kItem2 = from_hex(
     "fd250000030101490000000000000000000000000000000000004026ca2e80d1f0080000c842020010000101030001"
@@ -87,7 +87,11 @@ TEST(Mavlink, WritesTheFramesOfNodeMavlink) {
   EXPECT_EQ(encode(text, {1, 1, 2}).value(), kText2);
   Message item = message("MISSION_ITEM_INT");
   item.set("target_system", 1).set("target_component", 1).set("seq", 2).set("frame", 3);
-  item.set("command", 16).set("autocontinue", 1).set("x", 785000000).set("y", 150000000).set("z", 100);
+  item.set("command", 16)
+      .set("autocontinue", 1)
+      .set("x", 785000000)
+      .set("y", 150000000)
+      .set("z", 100);
   EXPECT_EQ(encode(item, {1, 1, 3}).value(), kItem2);
 }
 
@@ -161,7 +165,9 @@ TEST(Mavlink, NumbersThatDoNotFitGoToTheNearestEnd) {
   EXPECT_EQ(m.set("hdg", -1).integer("hdg"), 0);
   EXPECT_EQ(m.set("hdg", NAN).integer("hdg"), 0);
   EXPECT_EQ(message("SYSTEM_TIME").set("time_unix_usec", 1e30).integer("time_unix_usec"), -1);
-  EXPECT_EQ(message("SYSTEM_TIME").set_integer("time_unix_usec", 1533430844800001).integer("time_unix_usec"),
+  EXPECT_EQ(message("SYSTEM_TIME")
+                .set_integer("time_unix_usec", 1533430844800001)
+                .integer("time_unix_usec"),
             1533430844800001);
 }
 

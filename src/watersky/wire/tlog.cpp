@@ -75,7 +75,8 @@ void append_tlog_record(std::vector<std::uint8_t>& log, Time received_at,
                         std::span<const std::uint8_t> frame) {
   const auto us = static_cast<std::uint64_t>(
       std::chrono::floor<std::chrono::microseconds>(received_at.time_since_epoch()).count());
-  for (int shift = 56; shift >= 0; shift -= 8) log.push_back(static_cast<std::uint8_t>(us >> shift));
+  for (int shift = 56; shift >= 0; shift -= 8)
+    log.push_back(static_cast<std::uint8_t>(us >> shift));
   log.insert(log.end(), frame.begin(), frame.end());
 }
 

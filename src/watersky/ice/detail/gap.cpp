@@ -12,9 +12,7 @@ namespace {
 // Distance above, label below, in one number: the smaller number is the nearer piece.
 using Key = std::uint64_t;
 constexpr double kUnitsPerCell = 8192;
-constexpr Key weight(double cells) {
-  return static_cast<Key>(cells * kUnitsPerCell + 0.5) << 32;
-}
+constexpr Key weight(double cells) { return static_cast<Key>(cells * kUnitsPerCell + 0.5) << 32; }
 constexpr Key kEdge = weight(1.0);
 constexpr Key kDiagonal = weight(1.4);
 constexpr Key kKnight = weight(2.1969);
@@ -30,9 +28,8 @@ std::vector<float> gaps_cells(const cv::Mat& pieces, int labels) {
   const int width = pieces.cols;
   const int height = pieces.rows;
   const std::ptrdiff_t stride = width + 2 * kBorder;
-  std::vector<Key> keys(static_cast<std::size_t>(stride) *
-                            static_cast<std::size_t>(height + 2 * kBorder),
-                        kFar);
+  std::vector<Key> keys(
+      static_cast<std::size_t>(stride) * static_cast<std::size_t>(height + 2 * kBorder), kFar);
   const auto row = [&](int r) { return keys.data() + (r + kBorder) * stride + kBorder; };
 
   for (int r = 0; r < height; ++r) {
@@ -44,8 +41,8 @@ std::vector<float> gaps_cells(const cv::Mat& pieces, int labels) {
       const Key own = piece[c] != 0 ? static_cast<Key>(piece[c]) : kFar;
       const Key edge = up[c] + kEdge;
       const Key diagonal = std::min(up[c - 1], up[c + 1]) + kDiagonal;
-      const Key knight = std::min(std::min(up2[c - 1], up2[c + 1]),
-                                  std::min(up[c - 2], up[c + 2])) + kKnight;
+      const Key knight =
+          std::min(std::min(up2[c - 1], up2[c + 1]), std::min(up[c - 2], up[c + 2])) + kKnight;
       here[c] = std::min(std::min(own, edge), std::min(diagonal, knight));
     }
     // Along the row by itself: the rest of the row then does not wait for it.
@@ -66,8 +63,9 @@ std::vector<float> gaps_cells(const cv::Mat& pieces, int labels) {
     for (int c = 0; c < width; ++c) {
       const Key edge = down[c] + kEdge;
       const Key diagonal = std::min(down[c - 1], down[c + 1]) + kDiagonal;
-      const Key knight = std::min(std::min(down2[c - 1], down2[c + 1]),
-                                  std::min(down[c - 2], down[c + 2])) + kKnight;
+      const Key knight =
+          std::min(std::min(down2[c - 1], down2[c + 1]), std::min(down[c - 2], down[c + 2])) +
+          kKnight;
       here[c] = std::min(std::min(here[c], edge), std::min(diagonal, knight));
     }
     for (int c = width - 1; c >= 0; --c) here[c] = std::min(here[c], here[c + 1] + kEdge);

@@ -29,7 +29,8 @@ struct Pipe {
 Result<Pipe> make_pipe() {
   int fds[2];
   if (::pipe2(fds, O_CLOEXEC) != 0)
-    return Error{ErrorCode::Io, std::string("a pipe cannot be made (") + std::strerror(errno) + ")"};
+    return Error{ErrorCode::Io,
+                 std::string("a pipe cannot be made (") + std::strerror(errno) + ")"};
   return Pipe{Descriptor(fds[0]), Descriptor(fds[1])};
 }
 
@@ -56,14 +57,16 @@ ChildProcess::~ChildProcess() {
   }
 }
 
-Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& arguments, const std::string& package) {
+Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& arguments,
+                                         const std::string& package) {
   WATERSKY_REQUIRE(!arguments.empty());
   WATERSKY_TRY(Pipe out, make_pipe());
   WATERSKY_TRY(Pipe err, make_pipe());
   for (const Descriptor* end : {&out.read, &err.read}) ::fcntl(end->fd(), F_SETFL, O_NONBLOCK);
 
   std::vector<char*> argv;
-  for (const std::string& a : arguments) argv.push_back(const_cast<char*>(a.c_str()));  // NOLINT: exec's old signature
+  for (const std::string& a : arguments)
+    argv.push_back(const_cast<char*>(a.c_str()));  // NOLINT: exec's old signature
   argv.push_back(nullptr);
 
   posix_spawn_file_actions_t actions;
@@ -86,9 +89,11 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& argumen
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   if (failed == ENOENT)
-    return Error{ErrorCode::NotFound, arguments[0] + " is not installed; install the package " + package};
+    return Error{ErrorCode::NotFound,
+                 arguments[0] + " is not installed; install the package " + package};
   if (failed != 0)
-    return Error{ErrorCode::Io, arguments[0] + " cannot be started (" + std::strerror(failed) + ")"};
+    return Error{ErrorCode::Io,
+                 arguments[0] + " cannot be started (" + std::strerror(failed) + ")"};
   return ChildProcess(pid, std::move(out.read), std::move(err.read), arguments[0]);
 }
 
@@ -121,8 +126,10 @@ Result<std::size_t> ChildProcess::read(std::span<std::uint8_t> into, const LineH
     std::array<pollfd, 2> ends{{{out_.fd(), POLLIN, 0}, {err_.fd(), POLLIN, 0}}};
     const int ready = ::poll(ends.data(), ends.size(), kPatience_ms);
     if (ready < 0 && errno == EINTR) continue;
-    if (ready < 0) return Error{ErrorCode::Io, program_ + " cannot be read from (" + std::strerror(errno) + ")"};
-    if (ready == 0) return Error{ErrorCode::Io, program_ + " has said nothing for two minutes and was stopped"};
+    if (ready < 0)
+      return Error{ErrorCode::Io, program_ + " cannot be read from (" + std::strerror(errno) + ")"};
+    if (ready == 0)
+      return Error{ErrorCode::Io, program_ + " has said nothing for two minutes and was stopped"};
     if (ends[1].revents != 0) take_errors(on_line);
     if (ends[0].revents == 0) continue;
     const ssize_t n = ::read(out_.fd(), into.data() + filled, into.size() - filled);

@@ -13,7 +13,8 @@ namespace fs = std::filesystem;
 
 Result<AutopilotLog> read_log(const fs::path& log_file, const Progress& progress) {
   if (lower_extension(log_file) != ".tlog")
-    return Error{ErrorCode::Unsupported, log_file.string() + ": is not a .tlog, the only kind of log that is read"};
+    return Error{ErrorCode::Unsupported,
+                 log_file.string() + ": is not a .tlog, the only kind of log that is read"};
   WATERSKY_TRY(const auto bytes, read_bytes(log_file));
   report(progress, "reading the log", 0, 1);
   WATERSKY_TRY(AutopilotLog log, parse_tlog(bytes, log_file.filename().string()));
@@ -21,21 +22,24 @@ Result<AutopilotLog> read_log(const fs::path& log_file, const Progress& progress
   return log;
 }
 
-Result<RecordedFlight> flight_by_log(const fs::path& recording, const fs::path& log_file, AutopilotLog log,
-                                     Intrinsics intrinsics, std::vector<ImageFrame> frames,
-                                     const ReadOptions& options, std::vector<std::string> notes) {
+Result<RecordedFlight> flight_by_log(const fs::path& recording, const fs::path& log_file,
+                                     AutopilotLog log, Intrinsics intrinsics,
+                                     std::vector<ImageFrame> frames, const ReadOptions& options,
+                                     std::vector<std::string> notes) {
   const PositionSample& first = log.positions.front();
   WATERSKY_TRY(const double geoid_m, egm96_above_ellipsoid_m(first.latitude, first.longitude));
   const fs::path place = fs::absolute(recording).lexically_normal();
   Flight flight(place.filename().string(),
-                Datum({first.latitude, first.longitude, log.home_height_geoid_m + geoid_m}), std::move(intrinsics.camera));
+                Datum({first.latitude, first.longitude, log.home_height_geoid_m + geoid_m}),
+                std::move(intrinsics.camera));
   if (flight.name.empty()) flight.name = place.parent_path().filename().string();
   flight.calibration = intrinsics.source;
   flight.delay_s = options.delay_s;
   WATERSKY_TRY(flight.trajectory, make_trajectory(log, flight.datum));
   if (flight.trajectory.empty())
-    return Error{ErrorCode::NotFound,
-                 log_file.string() + ": attitude and position never overlap in time, so there is no pose"};
+    return Error{
+        ErrorCode::NotFound,
+        log_file.string() + ": attitude and position never overlap in time, so there is no pose"};
 
   if (!log.gimbal.empty()) {
     flight.gimbal_reference = GimbalReference::NorthEastDown;
@@ -43,7 +47,8 @@ Result<RecordedFlight> flight_by_log(const fs::path& recording, const fs::path& 
     flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{}));
     notes.emplace_back("the log's gimbal attitude stands between body and camera");
   } else {
-    flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{{}, Angle::degrees(-90), {}}));
+    flight.mount.rotation =
+        camera_rotation(options.mount.value_or(YawPitchRoll{{}, Angle::degrees(-90), {}}));
     flight.mount.assumed = !options.mount;
     if (flight.mount.assumed) notes.emplace_back(kAssumedMountNote);
   }

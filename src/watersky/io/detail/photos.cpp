@@ -30,9 +30,11 @@ Result<YawPitchRoll> parse_mount_option(std::string_view text) {
 Result<Time> parse_video_start_option(std::string_view text) {
   if (const auto time = parse_iso8601(text)) return *time;
   if (const auto time = parse_time_seconds(text)) return *time;
-  return Error{ErrorCode::Usage, "--video-start \"" + std::string(text.substr(0, 60)) +
-                                     "\" is neither a time that says its zone, e.g. 2018-08-05T01:00:44.80Z, nor seconds "
-                                     "since 1970"};
+  return Error{
+      ErrorCode::Usage,
+      "--video-start \"" + std::string(text.substr(0, 60)) +
+          "\" is neither a time that says its zone, e.g. 2018-08-05T01:00:44.80Z, nor seconds "
+          "since 1970"};
 }
 
 }  // namespace watersky
@@ -71,8 +73,9 @@ Result<PhotoSet> read_photo_set(const fs::path& folder, const Progress& progress
     WATERSKY_TRY(files, list_images(folder / "images"));
   }
   if (files.empty())
-    return Error{ErrorCode::NotFound,
-                 folder.string() + ": holds no photographs (.jpg, .png, .tif), nor does its folder images"};
+    return Error{
+        ErrorCode::NotFound,
+        folder.string() + ": holds no photographs (.jpg, .png, .tif), nor does its folder images"};
   PhotoSet set;
   for (std::size_t i = 0; i < files.size(); ++i) {
     report(progress, "reading photographs", i, files.size());
@@ -84,8 +87,9 @@ Result<PhotoSet> read_photo_set(const fs::path& folder, const Progress& progress
     PhotoFile photo{files[i], std::move(*metadata)};
     if (!set.photos.empty() && !same_camera(set.photos.front().metadata, photo.metadata))
       return Error{ErrorCode::InvalidInput,
-                   folder.string() + ": two cameras are mixed, " + described(set.photos.front()) + " and " +
-                       described(photo) + "; put each camera's photographs into a folder of its own"};
+                   folder.string() + ": two cameras are mixed, " + described(set.photos.front()) +
+                       " and " + described(photo) +
+                       "; put each camera's photographs into a folder of its own"};
     set.photos.push_back(std::move(photo));
   }
   report(progress, "reading photographs", files.size(), files.size());
@@ -105,8 +109,8 @@ Result<CameraModel> fitted_to(const CameraModel& camera, int width_px, int heigh
   const double scale = static_cast<double>(width_px) / camera.width_px();
   if (std::abs(scale * camera.height_px() - height_px) > 1.0)
     return Error{ErrorCode::InvalidInput,
-                 calibration + " is for images of " + size(camera.width_px(), camera.height_px()) + ", but " +
-                     image + " has " + size(width_px, height_px) +
+                 calibration + " is for images of " + size(camera.width_px(), camera.height_px()) +
+                     ", but " + image + " has " + size(width_px, height_px) +
                      "; give the calibration of this camera in this mode (--camera)"};
   notes.push_back("the calibration for " + size(camera.width_px(), camera.height_px()) +
                   " was scaled to the images' " + size(width_px, height_px));
@@ -116,8 +120,9 @@ Result<CameraModel> fitted_to(const CameraModel& camera, int width_px, int heigh
 namespace {
 
 /// nullopt when neither an option nor a calibration in the folder says.
-Result<std::optional<Intrinsics>> given_intrinsics(const fs::path& folder, const std::string& image, int w, int h,
-                                                   const ReadOptions& options, std::vector<std::string>& notes) {
+Result<std::optional<Intrinsics>> given_intrinsics(const fs::path& folder, const std::string& image,
+                                                   int w, int h, const ReadOptions& options,
+                                                   std::vector<std::string>& notes) {
   if (options.camera_file && options.focal_px)
     return Error{ErrorCode::Usage, "--camera and --focal-px exclude each other; give one"};
   if (options.focal_px) {
@@ -138,18 +143,23 @@ Result<std::optional<Intrinsics>> given_intrinsics(const fs::path& folder, const
 
 Result<Intrinsics> choose_intrinsics(const fs::path& folder, const PhotoFile& photo,
                                      const ReadOptions& options, std::vector<std::string>& notes) {
-  WATERSKY_TRY(auto given, given_intrinsics(folder, photo.path.filename().string(), photo.metadata.width_px,
-                                            photo.metadata.height_px, options, notes));
+  WATERSKY_TRY(auto given,
+               given_intrinsics(folder, photo.path.filename().string(), photo.metadata.width_px,
+                                photo.metadata.height_px, options, notes));
   if (given) return std::move(*given);
   return intrinsics_from(photo.metadata);
 }
 
-Result<Intrinsics> choose_intrinsics(const fs::path& folder, const std::string& image, int width_px, int height_px,
-                                     const ReadOptions& options, std::vector<std::string>& notes) {
+Result<Intrinsics> choose_intrinsics(const fs::path& folder, const std::string& image, int width_px,
+                                     int height_px, const ReadOptions& options,
+                                     std::vector<std::string>& notes) {
   WATERSKY_TRY(auto given, given_intrinsics(folder, image, width_px, height_px, options, notes));
   if (given) return std::move(*given);
-  return Error{ErrorCode::NotFound, image + ": does not say which lens filmed it; give --camera FILE (an OpenCV calibration) "
-                                            "or --focal-px F (the focal length in pixels of the full image)"};
+  return Error{
+      ErrorCode::NotFound,
+      image +
+          ": does not say which lens filmed it; give --camera FILE (an OpenCV calibration) "
+          "or --focal-px F (the focal length in pixels of the full image)"};
 }
 
 }  // namespace watersky::detail

@@ -30,18 +30,21 @@ struct PhotoSet {
 /// this order. InvalidInput when a calibration's image has another shape than the photographs;
 /// one of another size but the same shape is scaled, and `notes` says so.
 [[nodiscard]] Result<Intrinsics> choose_intrinsics(const std::filesystem::path& folder,
-                                                   const PhotoFile& photo, const ReadOptions& options,
+                                                   const PhotoFile& photo,
+                                                   const ReadOptions& options,
                                                    std::vector<std::string>& notes);
 
 /// The same for images that say nothing of their lens: NotFound when there is neither option nor
 /// calibration.
-[[nodiscard]] Result<Intrinsics> choose_intrinsics(const std::filesystem::path& folder, const std::string& image,
-                                                   int width_px, int height_px, const ReadOptions& options,
+[[nodiscard]] Result<Intrinsics> choose_intrinsics(const std::filesystem::path& folder,
+                                                   const std::string& image, int width_px,
+                                                   int height_px, const ReadOptions& options,
                                                    std::vector<std::string>& notes);
 
 /// Fits a calibration to images of `size`, as above.
 [[nodiscard]] Result<CameraModel> fitted_to(const CameraModel& camera, int width_px, int height_px,
-                                            const std::string& calibration, const std::string& image,
+                                            const std::string& calibration,
+                                            const std::string& image,
                                             std::vector<std::string>& notes);
 
 /// "3 photographs", "1 photograph".

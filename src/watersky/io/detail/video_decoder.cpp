@@ -44,7 +44,8 @@ int blocks(int size_px, int n) { return (size_px + n - 1) / n; }
 }  // namespace
 
 FrameChoice frame_choice(const VideoInfo& info, double interval_s) {
-  const double ticks = interval_s * static_cast<double>(info.tick_denominator) / static_cast<double>(info.tick_numerator);
+  const double ticks = interval_s * static_cast<double>(info.tick_denominator) /
+                       static_cast<double>(info.tick_numerator);
   return {info.frames.front().pts, ticks > 1.0 ? ticks : 0.0};
 }
 
@@ -57,9 +58,11 @@ std::string FrameChoice::expression(std::int64_t from_pts) const {
   const std::string from = "gte(pts," + std::to_string(from_pts) + ")";
   if (!(interval_ticks > 0)) return from;
   const auto run = [this](const char* pts) {
-    return std::string("floor((") + pts + "-(" + std::to_string(first_pts) + ")+0.5)/" + format_number(interval_ticks) + ")";
+    return std::string("floor((") + pts + "-(" + std::to_string(first_pts) + ")+0.5)/" +
+           format_number(interval_ticks) + ")";
   };
-  return from + "*(isnan(prev_selected_pts)+gt(" + run("pts") + "," + run("prev_selected_pts") + "))";
+  return from + "*(isnan(prev_selected_pts)+gt(" + run("pts") + "," + run("prev_selected_pts") +
+         "))";
 }
 
 std::string VideoDecoder::name(std::size_t k) const {
@@ -110,7 +113,8 @@ void VideoDecoder::close(const Stream* stream) {
 void VideoDecoder::note(Stream& stream, std::string_view line) const {
   const bool all = line.find("showinfo@all") != std::string_view::npos;
   if (!all && line.find("showinfo@out") == std::string_view::npos) {
-    for (const char* sign : {"CRC mismatch", "concealing", "error while decoding MB", "Packet corrupt", "corrupt decoded frame"})
+    for (const char* sign : {"CRC mismatch", "concealing", "error while decoding MB",
+                             "Packet corrupt", "corrupt decoded frame"})
       if (line.find(sign) != std::string_view::npos) stream.suspect = kDecodedAhead;
     // "[error] …", where ffmpeg has anything to complain about.
     const std::size_t error = line.find("[error] ");
@@ -127,8 +131,8 @@ void VideoDecoder::note(Stream& stream, std::string_view line) const {
   }
   const auto frame = frame_with(*pts);
   const bool gap = !frame || (stream.previous && *frame != *stream.previous + 1);
-  const bool same_size =
-      line.find(" s:" + std::to_string(info_.width_px) + "x" + std::to_string(info_.height_px) + " ") != std::string_view::npos;
+  const bool same_size = line.find(" s:" + std::to_string(info_.width_px) + "x" +
+                                   std::to_string(info_.height_px) + " ") != std::string_view::npos;
   const bool suspect = stream.suspect > 0;
   if (suspect) --stream.suspect;
   if (gap || suspect || !same_size) stream.sound = false;
@@ -144,16 +148,21 @@ Result<VideoDecoder::Stream*> VideoDecoder::open(std::size_t k, const Form& form
   std::size_t key = wanted;
   while (key > 0 && !info_.frames[key].key) --key;
 
-  std::vector<std::string> arguments = {"ffmpeg", "-hide_banner", "-nostdin", "-nostats", "-loglevel", "repeat+level+info",
-                                        // A playlist in disguise must not make it open anything else.
-                                        "-protocol_whitelist", "file", "-noautorotate",
-                                        // A frame that would be patched up is dropped instead.
-                                        "-err_detect:v", "explode"};
-  const double tick_s = static_cast<double>(info_.tick_numerator) / static_cast<double>(info_.tick_denominator);
-  const double key_s = static_cast<double>(info_.frames[key].pts) * tick_s - kSeekEarlier_s * attempt;
-  const bool seeks = key > 0 && attempt < 2 && key_s > static_cast<double>(info_.frames.front().pts) * tick_s;
+  std::vector<std::string> arguments = {
+      "ffmpeg", "-hide_banner", "-nostdin", "-nostats", "-loglevel", "repeat+level+info",
+      // A playlist in disguise must not make it open anything else.
+      "-protocol_whitelist", "file", "-noautorotate",
+      // A frame that would be patched up is dropped instead.
+      "-err_detect:v", "explode"};
+  const double tick_s =
+      static_cast<double>(info_.tick_numerator) / static_cast<double>(info_.tick_denominator);
+  const double key_s =
+      static_cast<double>(info_.frames[key].pts) * tick_s - kSeekEarlier_s * attempt;
+  const bool seeks =
+      key > 0 && attempt < 2 && key_s > static_cast<double>(info_.frames.front().pts) * tick_s;
   if (seeks) {
-    // To the whole microsecond above, where ffmpeg's clock finds this key frame and not the one before.
+    // To the whole microsecond above, where ffmpeg's clock finds this key frame and not the one
+    // before.
     char seek[40];
     std::snprintf(seek, sizeof seek, "%.6f", std::ceil(key_s * 1e6) * 1e-6);
     arguments.insert(arguments.end(), {"-noaccurate_seek", "-seek_timestamp", "1", "-ss", seek});
@@ -161,18 +170,23 @@ Result<VideoDecoder::Stream*> VideoDecoder::open(std::size_t k, const Form& form
 
   const int n = form.reduction;
   const int cols = blocks(info_.width_px, n), rows = blocks(info_.height_px, n);
-  std::string filters = "showinfo@all=checksum=0,select='" + choice_.expression(info_.frames[wanted].pts) +
-                        "',showinfo@out=checksum=0";
+  std::string filters = "showinfo@all=checksum=0,select='" +
+                        choice_.expression(info_.frames[wanted].pts) + "',showinfo@out=checksum=0";
   if (cols * n != info_.width_px || rows * n != info_.height_px)
     // The last blocks are filled up with the image's edge.
-    filters += ",pad=" + std::to_string(cols * n) + ":" + std::to_string(rows * n) + ":0:0,fillborders=right=" +
-               std::to_string(cols * n - info_.width_px) + ":bottom=" + std::to_string(rows * n - info_.height_px) + ":mode=smear";
-  filters += ",scale=" + std::to_string(cols) + ":" + std::to_string(rows) + ":flags=" +
-             (n > 1 ? "area" : "bicubic") + "+accurate_rnd+full_chroma_int+full_chroma_inp";
-  arguments.insert(arguments.end(),
-                   {"-copyts", "-i", "file:" + info_.path.string(), "-map", "0:" + std::to_string(info_.stream), "-vf", filters,
-                    "-fps_mode", "passthrough", "-c:v", "rawvideo", "-pix_fmt",
-                    form.color ? "bgr24" : info_.sixteen_bit ? "gray16le" : "gray", "-f", "rawvideo", "pipe:1"});
+    filters += ",pad=" + std::to_string(cols * n) + ":" + std::to_string(rows * n) +
+               ":0:0,fillborders=right=" + std::to_string(cols * n - info_.width_px) +
+               ":bottom=" + std::to_string(rows * n - info_.height_px) + ":mode=smear";
+  filters += ",scale=" + std::to_string(cols) + ":" + std::to_string(rows) +
+             ":flags=" + (n > 1 ? "area" : "bicubic") +
+             "+accurate_rnd+full_chroma_int+full_chroma_inp";
+  arguments.insert(arguments.end(), {"-copyts", "-i", "file:" + info_.path.string(), "-map",
+                                     "0:" + std::to_string(info_.stream), "-vf", filters,
+                                     "-fps_mode", "passthrough", "-c:v", "rawvideo", "-pix_fmt",
+                                     form.color          ? "bgr24"
+                                     : info_.sixteen_bit ? "gray16le"
+                                                         : "gray",
+                                     "-f", "rawvideo", "pipe:1"});
   WATERSKY_TRY(ChildProcess process, ChildProcess::start(arguments, "ffmpeg"));
   streams_.emplace_front(form, std::move(process), k, seeks);
   if (streams_.size() > kStreams) streams_.pop_back();
@@ -182,7 +196,8 @@ Result<VideoDecoder::Stream*> VideoDecoder::open(std::size_t k, const Form& form
 Result<VideoDecoder::Stream*> VideoDecoder::stream_at(std::size_t k, const Form& form) {
   for (auto it = streams_.begin(); it != streams_.end(); ++it) {
     if (it->form != form) continue;
-    const bool far = k > it->next + kSeekBeyond && !it->ended && key_between(chosen_[it->next], chosen_[k]);
+    const bool far =
+        k > it->next + kSeekBeyond && !it->ended && key_between(chosen_[it->next], chosen_[k]);
     if (k < it->next || far) {
       streams_.erase(it);
       break;
@@ -212,7 +227,9 @@ Status VideoDecoder::advance(Stream& stream, std::size_t k) {
       return {};
     }
     if (stream.announced.empty())
-      return Error{ErrorCode::Unsupported, info_.path.string() + ": this version of ffmpeg does not say which frame it has decoded"};
+      return Error{
+          ErrorCode::Unsupported,
+          info_.path.string() + ": this version of ffmpeg does not say which frame it has decoded"};
     const Announced announced = stream.announced.front();
     stream.announced.pop_front();
     const auto frame = frame_with(announced.pts);
@@ -234,13 +251,15 @@ Status VideoDecoder::advance(Stream& stream, std::size_t k) {
 Result<cv::Mat> VideoDecoder::load(std::size_t k, const ImageRequest& request) {
   const int n = request.reduction;
   if (n != 1 && n != 2 && n != 4 && n != 8)
-    return Error{ErrorCode::Usage, "an image can be reduced by 1, 2, 4 or 8, not " + std::to_string(n)};
+    return Error{ErrorCode::Usage,
+                 "an image can be reduced by 1, 2, 4 or 8, not " + std::to_string(n)};
   const Form form{request.color && !info_.gray, n};
   const std::lock_guard lock(mutex_);
   constexpr int kAttempts = 3;
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     if (const cv::Mat image = kept(k, form); !image.empty()) return image.clone();
-    if (const auto failed = failed_.find(k); failed != failed_.end()) return Error{ErrorCode::InvalidInput, failed->second};
+    if (const auto failed = failed_.find(k); failed != failed_.end())
+      return Error{ErrorCode::InvalidInput, failed->second};
     WATERSKY_TRY(Stream* const stream, attempt == 0 ? stream_at(k, form) : open(k, form, attempt));
     if (const Status done = advance(*stream, k); !done) {
       const Error error = done.error().at(name(k));
@@ -257,7 +276,8 @@ Result<cv::Mat> VideoDecoder::load(std::size_t k, const ImageRequest& request) {
   }
   if (const cv::Mat image = kept(k, form); !image.empty()) return image.clone();
   const auto failed = failed_.find(k);
-  return Error{ErrorCode::InvalidInput, failed != failed_.end() ? failed->second : name(k) + ": cannot be decoded"};
+  return Error{ErrorCode::InvalidInput,
+               failed != failed_.end() ? failed->second : name(k) + ": cannot be decoded"};
 }
 
 }  // namespace watersky::detail

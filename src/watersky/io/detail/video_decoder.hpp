@@ -55,16 +55,16 @@ class VideoDecoder {
     Form form;
     ChildProcess process;
     std::size_t next = 0;  ///< no chosen frame before this will come
-    bool sought = false;  ///< it does not begin at the video's start
+    bool sought = false;   ///< it does not begin at the video's start
     bool ended = false;
     /// Decoding has gone well since a key frame: the pixels are those that were filmed.
     bool sound = false;
-    std::optional<std::size_t> previous;    ///< the last frame that was decoded
-    std::optional<std::size_t> begins_at;   ///< the first sound frame
-    std::size_t suspect = 0;  ///< so many of the next frames may be the damaged one
-    std::deque<Announced> decoded;    ///< the last few, chosen or not
-    std::deque<Announced> announced;  ///< chosen, their pixels not read yet
-    std::string complaint;  ///< the last line that is about no frame
+    std::optional<std::size_t> previous;   ///< the last frame that was decoded
+    std::optional<std::size_t> begins_at;  ///< the first sound frame
+    std::size_t suspect = 0;               ///< so many of the next frames may be the damaged one
+    std::deque<Announced> decoded;         ///< the last few, chosen or not
+    std::deque<Announced> announced;       ///< chosen, their pixels not read yet
+    std::string complaint;                 ///< the last line that is about no frame
   };
   struct Kept {
     std::size_t k = 0;

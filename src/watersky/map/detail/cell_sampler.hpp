@@ -12,7 +12,8 @@ namespace watersky {
 /// the next.
 class CellSampler {
  public:
-  /// `per_edge`: samples along a cell's edge; 1 is the cell's centre; 0 chooses one a pixel.
+  /// `per_edge`: samples along a cell's edge; 1 is the cell's centre; 0 chooses one a pixel, to the
+  /// nearest whole number (each sample is bilinear, so it reaches a pixel far by itself).
   CellSampler(const GridView& view, int per_edge);
 
   [[nodiscard]] int samples_per_cell() const { return per_edge_ * per_edge_; }
@@ -24,8 +25,12 @@ class CellSampler {
     int columns = 0;
     const float* u = nullptr;
     const float* v = nullptr;
-    [[nodiscard]] const float* u_plane(int sample) const { return u + static_cast<std::ptrdiff_t>(sample) * columns; }
-    [[nodiscard]] const float* v_plane(int sample) const { return v + static_cast<std::ptrdiff_t>(sample) * columns; }
+    [[nodiscard]] const float* u_plane(int sample) const {
+      return u + static_cast<std::ptrdiff_t>(sample) * columns;
+    }
+    [[nodiscard]] const float* v_plane(int sample) const {
+      return v + static_cast<std::ptrdiff_t>(sample) * columns;
+    }
   };
   /// In u where a sample is not in the image, is behind the camera, or beyond the grazing limit.
   static constexpr float kUnseen = -1e9F;
@@ -41,6 +46,5 @@ class CellSampler {
   bool limited_;
   std::vector<float> u_, v_;
 };
-
 
 }  // namespace watersky

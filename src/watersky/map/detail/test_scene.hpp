@@ -42,7 +42,8 @@ inline CameraModel pinhole(int width = 160, int height = 120, double focal_px = 
 }
 
 /// The pose in Sea for a camera at a height, turned by gimbal angles (pitch -90: straight down).
-inline Rigid3<Sea, Camera> pose(const Eigen::Vector3d& north_east_down_m, const YawPitchRoll& angles) {
+inline Rigid3<Sea, Camera> pose(const Eigen::Vector3d& north_east_down_m,
+                                const YawPitchRoll& angles) {
   return {camera_rotation(angles), Point<Sea>{north_east_down_m}};
 }
 
@@ -50,9 +51,10 @@ inline Rigid3<World, Camera> in_world(const Rigid3<Sea, Camera>& p) {
   return {p.rotation(), Point<World>{p.origin().v}};
 }
 
-inline GridView grid_view(const CameraModel& camera, const Rigid3<Sea, Camera>& p, const FlatGrid& grid,
-                          Angle min_grazing = Angle::degrees(10)) {
-  return make_grid_view(SeaView::make(camera, p, {min_grazing}).value(), grid.sea_from_grid()).value();
+inline GridView grid_view(const CameraModel& camera, const Rigid3<Sea, Camera>& p,
+                          const FlatGrid& grid, Angle min_grazing = Angle::degrees(10)) {
+  return make_grid_view(SeaView::make(camera, p, {min_grazing}).value(), grid.sea_from_grid())
+      .value();
 }
 
 }  // namespace watersky::test

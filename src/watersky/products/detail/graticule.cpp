@@ -57,7 +57,8 @@ Graticule make_graticule(const Products& products, double width, double height,
   Range lat;
   Range lon;
   for (int i = 0; i <= 16; ++i) {
-    for (const auto& [u, v] : {std::pair{i / 16.0, 0.0}, {i / 16.0, 1.0}, {0.0, i / 16.0}, {1.0, i / 16.0}}) {
+    for (const auto& [u, v] :
+         {std::pair{i / 16.0, 0.0}, {i / 16.0, 1.0}, {0.0, i / 16.0}, {1.0, i / 16.0}}) {
       const auto place = place_at(u, v);
       if (!place) return graticule;
       lat.include(place->latitude.degrees());
@@ -78,7 +79,8 @@ Graticule make_graticule(const Products& products, double width, double height,
       const double t = along.low + along.size() * (1.1 * i / kSamples - 0.05);
       const double lat_deg = parallel ? fixed_deg : t;
       const double lon_deg = parallel ? middle_lon_deg + t : fixed_deg;
-      const auto en = products.projection.forward(Angle::degrees(lat_deg), Angle::degrees(lon_deg).wrapped());
+      const auto en =
+          products.projection.forward(Angle::degrees(lat_deg), Angle::degrees(lon_deg).wrapped());
       if (en) line.push_back(to_sheet(*en));
     }
     for (std::size_t i = 1; i < line.size(); ++i) {
@@ -92,7 +94,8 @@ Graticule make_graticule(const Products& products, double width, double height,
       const double side = parallel ? height : width;
       // Clear of the corners, where the other side's labels stand.
       if (position > 0.04 * side && position < 0.97 * side)
-        graticule.labels.push_back({parallel ? GraticuleSide::Left : GraticuleSide::Bottom, position, text});
+        graticule.labels.push_back(
+            {parallel ? GraticuleSide::Left : GraticuleSide::Bottom, position, text});
     }
     graticule.lines.push_back(std::move(line));
   };
@@ -100,7 +103,8 @@ Graticule make_graticule(const Products& products, double width, double height,
   for (double k = std::ceil(lat.low / lat_step_deg); k * lat_step_deg <= lat.high; ++k)
     draw(true, k * lat_step_deg, latitude(Angle::degrees(k * lat_step_deg), lat_step->decimals));
   const double lon_step_deg = lon_step->minutes / 60;
-  for (double k = std::ceil((middle_lon_deg + lon.low) / lon_step_deg); k * lon_step_deg <= middle_lon_deg + lon.high; ++k)
+  for (double k = std::ceil((middle_lon_deg + lon.low) / lon_step_deg);
+       k * lon_step_deg <= middle_lon_deg + lon.high; ++k)
     draw(false, k * lon_step_deg, longitude(Angle::degrees(k * lon_step_deg), lon_step->decimals));
   return graticule;
 }

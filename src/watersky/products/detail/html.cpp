@@ -83,13 +83,13 @@ std::string longitude(Angle angle, int decimals) {
   return degrees_minutes(angle.wrapped(), 3, decimals, "E", "W");
 }
 
-std::string moment(double seconds_utc) {
+std::string moment(double seconds_utc, bool is_utc) {
   const auto time = time_from_seconds(seconds_utc);
   if (!time) return "–";
   if (std::abs(seconds_utc) < 1e8) return number(seconds_utc, 1) + " s";
   std::string text = to_iso8601(*time).substr(0, 19);
   text[10] = ' ';
-  return text + " UTC";
+  return text + (is_utc ? " UTC" : " (camera's clock)");
 }
 
 }  // namespace watersky::detail

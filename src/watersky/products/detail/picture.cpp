@@ -36,7 +36,8 @@ Result<std::string> png(const cv::Mat& index, const GDALColorTable* colors) {
   CPLStringList options;
   options.SetNameValue("ZLEVEL", "3");
   const MemoryFile file(".png");
-  DatasetPtr copy(driver->CreateCopy(file.name().c_str(), source.get(), FALSE, options.List(), nullptr, nullptr));
+  DatasetPtr copy(driver->CreateCopy(file.name().c_str(), source.get(), FALSE, options.List(),
+                                     nullptr, nullptr));
   copy.reset();
   if (gdal.failed() || file.bytes().empty()) return gdal.error("report picture");
   return data_uri("image/png", file.bytes().data(), file.bytes().size());

@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <optional>
 
+#include "watersky/io/pyramid.hpp"
 #include "watersky/products/detail/graticule.hpp"
 #include "watersky/products/detail/html.hpp"
 #include "watersky/products/detail/picture.hpp"
-#include "watersky/io/pyramid.hpp"
 #include "watersky/products/frame_figures.hpp"
 #include "watersky/products/palette.hpp"
 
@@ -75,7 +75,9 @@ cv::Mat probability_index(const cv::Mat& probability) {
     const float* p = probability.ptr<float>(r);
     std::uint8_t* out = index.ptr<std::uint8_t>(r);
     for (int c = 0; c < index.cols; ++c)
-      out[c] = p[c] == p[c] ? static_cast<std::uint8_t>(1.5F + 254.0F * std::clamp(p[c], 0.0F, 1.0F)) : 0;
+      out[c] = p[c] == p[c]
+                   ? static_cast<std::uint8_t>(1.5F + 254.0F * std::clamp(p[c], 0.0F, 1.0F))
+                   : 0;
   }
   return index;
 }
@@ -94,10 +96,12 @@ cv::Mat looks_index(const cv::Mat& looks, int most) {
   return index;
 }
 
-std::string image(const Sheet& sheet, const std::string& uri, bool pixelated, const std::string& more = {}) {
+std::string image(const Sheet& sheet, const std::string& uri, bool pixelated,
+                  const std::string& more = {}) {
   return "<image x=\"0\" y=\"0\" width=\"" + number(sheet.width(), 2) + "\" height=\"" +
          number(sheet.height(), 2) + "\" preserveAspectRatio=\"none\"" +
-         (pixelated ? " style=\"image-rendering:pixelated\"" : "") + more + " href=\"" + uri + "\"/>";
+         (pixelated ? " style=\"image-rendering:pixelated\"" : "") + more + " href=\"" + uri +
+         "\"/>";
 }
 
 Result<std::string> pictures(const Products& products, const Sheet& sheet) {
@@ -108,19 +112,22 @@ Result<std::string> pictures(const Products& products, const Sheet& sheet) {
   std::string svg = "<g class=\"base l-probability\">" + image(sheet, p, pixelated) + "</g>";
   if (!products.rasters.looks.empty()) {
     const cv::Mat looks = display_level(products.rasters.looks);
-    WATERSKY_TRY(const std::string uri, png_data_uri(looks_index(looks, most_looks(products)), kCountRamp));
+    WATERSKY_TRY(const std::string uri,
+                 png_data_uri(looks_index(looks, most_looks(products)), kCountRamp));
     svg += "<g class=\"base l-looks\">" + image(sheet, uri, pixelated) + "</g>";
   }
   if (!products.mosaic_bgra.empty()) {
     const cv::Mat mosaic = display_level(products.mosaic_bgra);
     cv::Mat seen(mosaic.size(), CV_8U);
     for (int r = 0; r < mosaic.rows; ++r)
-      for (int c = 0; c < mosaic.cols; ++c) seen.at<std::uint8_t>(r, c) = mosaic.at<cv::Vec4b>(r, c)[3];
+      for (int c = 0; c < mosaic.cols; ++c)
+        seen.at<std::uint8_t>(r, c) = mosaic.at<cv::Vec4b>(r, c)[3];
     WATERSKY_TRY(const std::string picture, jpeg_data_uri(mosaic));
     WATERSKY_TRY(const std::string mask, mask_data_uri(seen));
-    svg += "<mask id=\"seen\" maskUnits=\"userSpaceOnUse\" x=\"0\" y=\"0\" width=\"" + number(sheet.width(), 2) +
-           "\" height=\"" + number(sheet.height(), 2) + "\">" + image(sheet, mask, true) +
-           "</mask><g class=\"base l-mosaic\">" + image(sheet, picture, pixelated, " mask=\"url(#seen)\"") + "</g>";
+    svg += "<mask id=\"seen\" maskUnits=\"userSpaceOnUse\" x=\"0\" y=\"0\" width=\"" +
+           number(sheet.width(), 2) + "\" height=\"" + number(sheet.height(), 2) + "\">" +
+           image(sheet, mask, true) + "</mask><g class=\"base l-mosaic\">" +
+           image(sheet, picture, pixelated, " mask=\"url(#seen)\"") + "</g>";
   }
   return svg;
 }
@@ -138,10 +145,12 @@ std::string footprints(const Products& products, const Sheet& sheet) {
 
 std::string track(const Products& products, const Sheet& sheet) {
   std::vector<Eigen::Vector2d> points;
-  for (const TrackPoint& p : aircraft_track(products)) points.push_back(sheet.from_easting_northing(p.easting_northing_m));
+  for (const TrackPoint& p : aircraft_track(products))
+    points.push_back(sheet.from_easting_northing(p.easting_northing_m));
   if (points.empty()) return {};
   const std::string d = path_of(points, false);
-  std::string svg = "<g class=\"l-track\"><path class=\"halo\" d=\"" + d + "\"/><path d=\"" + d + "\"/>";
+  std::string svg =
+      "<g class=\"l-track\"><path class=\"halo\" d=\"" + d + "\"/><path d=\"" + d + "\"/>";
   if (points.size() <= 200)
     for (const Eigen::Vector2d& p : points)
       svg += "<circle r=\"3.2\" cx=\"" + number(p.x(), 1) + "\" cy=\"" + number(p.y(), 1) + "\"/>";
@@ -159,11 +168,11 @@ std::string icebergs(const Products& products, const Sheet& sheet) {
     const Eigen::Vector2d at = sheet.from_grid(o.centroid);
     const double radius = std::max(9.0, 0.5 * o.length_m / sheet.metres_per_unit() + 5);
     svg += "<circle cx=\"" + number(at.x(), 1) + "\" cy=\"" + number(at.y(), 1) + "\" r=\"" +
-           number(radius, 1) + "\"><title>" + std::to_string(o.id) + ": " +
-           escaped(o.size_class) + ", " + metres(o.length_m) + "</title></circle>";
+           number(radius, 1) + "\"><title>" + std::to_string(o.id) + ": " + escaped(o.size_class) +
+           ", " + metres(o.length_m) + "</title></circle>";
     if (candidates <= kMaxLabelledIcebergs)
-      svg += "<text x=\"" + number(at.x() + radius + 3, 1) + "\" y=\"" + number(at.y() + 5, 1) + "\">" +
-             std::to_string(o.id) + "</text>";
+      svg += "<text x=\"" + number(at.x() + radius + 3, 1) + "\" y=\"" + number(at.y() + 5, 1) +
+             "\">" + std::to_string(o.id) + "</text>";
   }
   return svg + "</g>";
 }
@@ -174,12 +183,14 @@ std::string scale_bar(const Sheet& sheet) {
   const double length_m = decade * (most_m >= 5 * decade ? 5 : most_m >= 2 * decade ? 2 : 1);
   const double width = length_m / sheet.metres_per_unit();
   const std::string half = number(width / 2, 2);
-  const std::string label = length_m >= 1000 ? rounded(length_m / 1000) + " km" : number(length_m, length_m < 1 ? 2 : 0) + " m";
+  const std::string label = length_m >= 1000 ? rounded(length_m / 1000) + " km"
+                                             : number(length_m, length_m < 1 ? 2 : 0) + " m";
   return "<g class=\"scale\" transform=\"translate(18," + number(sheet.height() - 22, 1) +
          ")\"><rect class=\"panel\" x=\"-9\" y=\"-28\" width=\"" + number(width + 18, 1) +
          "\" height=\"42\" rx=\"5\"/><rect class=\"dark\" x=\"0\" y=\"0\" width=\"" + half +
          "\" height=\"6\"/><rect class=\"light\" x=\"" + half + "\" y=\"0\" width=\"" + half +
-         "\" height=\"6\"/><text x=\"" + half + "\" y=\"-8\" text-anchor=\"middle\">" + label + "</text></g>";
+         "\" height=\"6\"/><text x=\"" + half + "\" y=\"-8\" text-anchor=\"middle\">" + label +
+         "</text></g>";
 }
 
 std::string north_arrow(const Products& products, const Sheet& sheet) {
@@ -193,9 +204,12 @@ std::string north_arrow(const Products& products, const Sheet& sheet) {
   const double turn_deg = -projected->convergence().degrees();
   return "<g class=\"north\" transform=\"translate(" + number(sheet.width() - 38, 1) +
          ",46)\"><circle class=\"panel\" r=\"30\"/><g transform=\"rotate(" + number(turn_deg, 2) +
-         ")\"><path class=\"dark\" d=\"M0,-14L0,18L-8,24Z\"/><path class=\"light\" d=\"M0,-14L0,18L8,24Z\"/>"
-         "<text x=\"0\" y=\"-16\" text-anchor=\"middle\">N</text></g><title>True north; grid north is up, " +
-         number(std::abs(turn_deg), 1) + "° " + (turn_deg >= 0 ? "west" : "east") + " of it</title></g>";
+         ")\"><path class=\"dark\" d=\"M0,-14L0,18L-8,24Z\"/><path class=\"light\" "
+         "d=\"M0,-14L0,18L8,24Z\"/>"
+         "<text x=\"0\" y=\"-16\" text-anchor=\"middle\">N</text></g><title>True north; grid north "
+         "is up, " +
+         number(std::abs(turn_deg), 1) + "° " + (turn_deg >= 0 ? "west" : "east") +
+         " of it</title></g>";
 }
 
 }  // namespace
@@ -221,23 +235,27 @@ Result<std::string> map_svg(const Products& products) {
     const bool left = label.side == GraticuleSide::Left;
     const std::string at = left ? "-10," + number(label.position, 1)
                                 : number(label.position, 1) + "," + number(sheet.height() + 20, 1);
-    labels += "<text text-anchor=\"middle\" transform=\"translate(" + at + ")" + (left ? " rotate(-90)" : "") + "\">" +
-              label.text + "</text>";
+    labels += "<text text-anchor=\"middle\" transform=\"translate(" + at + ")" +
+              (left ? " rotate(-90)" : "") + "\">" + label.text + "</text>";
   }
   WATERSKY_TRY(const std::string base, pictures(products, sheet));
   const std::string w = number(sheet.width(), 2);
   const std::string h = number(sheet.height(), 2);
   const std::string frame = "x=\"0\" y=\"0\" width=\"" + w + "\" height=\"" + h + "\"";
-  return "<svg class=\"map\" role=\"img\" aria-label=\"Map of the ice\" xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"" +
+  return "<svg class=\"map\" role=\"img\" aria-label=\"Map of the ice\" "
+         "xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"" +
          number(-kMargin, 0) + " -4 " + number(sheet.width() + kMargin + 4, 2) + " " +
          number(sheet.height() + kMargin, 2) +
          "\"><defs><pattern id=\"unseen\" width=\"9\" height=\"9\" patternUnits=\"userSpaceOnUse\" "
          "patternTransform=\"rotate(45)\"><rect class=\"unseen-ground\" width=\"9\" height=\"9\"/>"
-         "<rect class=\"unseen-line\" width=\"1.6\" height=\"9\"/></pattern><clipPath id=\"sheet\"><rect " +
-         frame + "/></clipPath></defs><rect " + frame + " fill=\"url(#unseen)\"/><g clip-path=\"url(#sheet)\">" + base +
+         "<rect class=\"unseen-line\" width=\"1.6\" height=\"9\"/></pattern><clipPath "
+         "id=\"sheet\"><rect " +
+         frame + "/></clipPath></defs><rect " + frame +
+         " fill=\"url(#unseen)\"/><g clip-path=\"url(#sheet)\">" + base +
          "<g class=\"l-graticule\"><path d=\"" + lines + "\"/></g>" + footprints(products, sheet) +
-         track(products, sheet) + icebergs(products, sheet) + scale_bar(sheet) + north_arrow(products, sheet) +
-         "</g><rect class=\"neatline\" " + frame + "/><g class=\"l-graticule labels\">" + labels + "</g></svg>";
+         track(products, sheet) + icebergs(products, sheet) + scale_bar(sheet) +
+         north_arrow(products, sheet) + "</g><rect class=\"neatline\" " + frame +
+         "/><g class=\"l-graticule labels\">" + labels + "</g></svg>";
 }
 
 }  // namespace watersky::detail

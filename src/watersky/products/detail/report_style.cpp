@@ -90,14 +90,17 @@ std::string report_css() {
     const std::string id = std::string("#b-") + base;
     css += id + ":checked~figure .l-" + base + "{display:inline}";
     css += id + ":not(:checked)~figure .k-" + base + "{display:none}";
-    css += id + ":checked~.switches label[for=b-" + base + "]," + id + ":focus-visible~.switches label[for=b-" + base +
+    css += id + ":checked~.switches label[for=b-" + base + "]," + id +
+           ":focus-visible~.switches label[for=b-" + base +
            "]{background:var(--ink);color:var(--paper);border-color:var(--ink)}";
   }
   for (const char* overlay : {"footprints", "track", "icebergs", "graticule"}) {
     const std::string id = std::string("#o-") + overlay;
     css += id + ":not(:checked)~figure .l-" + overlay + "{display:none}";
-    css += id + ":checked~.switches label[for=o-" + overlay + "]{color:var(--ink);border-color:var(--ink)}";
-    css += id + ":focus-visible~.switches label[for=o-" + overlay + "]{outline:2px solid var(--count)}";
+    css += id + ":checked~.switches label[for=o-" + overlay +
+           "]{color:var(--ink);border-color:var(--ink)}";
+    css += id + ":focus-visible~.switches label[for=o-" + overlay +
+           "]{outline:2px solid var(--count)}";
   }
   replace_all(css, "%TRACK%", hex(kTrackColor));
   replace_all(css, "%FOOTPRINT%", hex(kFootprintColor));

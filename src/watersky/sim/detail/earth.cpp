@@ -19,7 +19,8 @@ double prime_vertical_radius_m(double sin_lat) {
 Eigen::Vector3d earth_centred(const Geodetic& p) {
   const double n = prime_vertical_radius_m(sin(p.latitude));
   const double h = p.height_ellipsoid_m;
-  return {(n + h) * cos(p.latitude) * cos(p.longitude), (n + h) * cos(p.latitude) * sin(p.longitude),
+  return {(n + h) * cos(p.latitude) * cos(p.longitude),
+          (n + h) * cos(p.latitude) * sin(p.longitude),
           (n * (1.0 - kEccentricity2) + h) * sin(p.latitude)};
 }
 

@@ -40,16 +40,18 @@ Motion::Motion(const Scenario& scenario, const Aircraft& aircraft, const Geodeti
   // The camera's right, down, forward in the platform's forward, right, down.
   Eigen::Matrix3d looks_forward;
   looks_forward << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-  mount_ = setup_.gimbal != 0 ? looks_forward
-                              : turned(setup_.mount_yaw_deg * kDegree, setup_.mount_pitch_deg * kDegree,
-                                       setup_.mount_roll_deg * kDegree) *
-                                    looks_forward;
+  mount_ = setup_.gimbal != 0
+               ? looks_forward
+               : turned(setup_.mount_yaw_deg * kDegree, setup_.mount_pitch_deg * kDegree,
+                        setup_.mount_roll_deg * kDegree) *
+                     looks_forward;
 }
 
 EarthPose Motion::body(double t_s) const {
   const AircraftState s = aircraft_.at(t_s);
   const Eigen::Vector3d origin = surface_.above(s.north_m, s.east_m, s.height_m);
-  return {north_east_down(geodetic_of(origin)) * turned(s.yaw_rad, s.pitch_rad, s.roll_rad), origin};
+  return {north_east_down(geodetic_of(origin)) * turned(s.yaw_rad, s.pitch_rad, s.roll_rad),
+          origin};
 }
 
 Eigen::Matrix3d Motion::gimbal(const AircraftState& state, const Eigen::Matrix3d& axes,
@@ -73,11 +75,10 @@ EarthPose Motion::camera(double t_s) const {
   const AircraftState s = aircraft_.at(t_s);
   const Eigen::Vector3d origin = surface_.above(s.north_m, s.east_m, s.height_m);
   const Eigen::Matrix3d axes = north_east_down(geodetic_of(origin));
-  const Eigen::Matrix3d platform = setup_.gimbal != 0
-                                       ? gimbal(s, axes, t_s)
-                                       : axes * turned(s.yaw_rad, s.pitch_rad, s.roll_rad);
-  return {platform * mount_,
-          origin + platform * Eigen::Vector3d(setup_.mount_x_m, setup_.mount_y_m, setup_.mount_z_m)};
+  const Eigen::Matrix3d platform =
+      setup_.gimbal != 0 ? gimbal(s, axes, t_s) : axes * turned(s.yaw_rad, s.pitch_rad, s.roll_rad);
+  return {platform * mount_, origin + platform * Eigen::Vector3d(setup_.mount_x_m, setup_.mount_y_m,
+                                                                 setup_.mount_z_m)};
 }
 
 ScenePose Motion::camera_in_scene(double t_s) const {

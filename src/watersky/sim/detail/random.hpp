@@ -24,7 +24,16 @@ template <class... Rest>
 }
 
 /// What a stream of random numbers is for; streams of one seed do not depend on each other.
-enum class Stream : std::uint64_t { Sea = 1, Appearance, Texture, Gusts, Navigation, Clock, Pattern, Noise };
+enum class Stream : std::uint64_t {
+  Sea = 1,
+  Appearance,
+  Texture,
+  Gusts,
+  Navigation,
+  Clock,
+  Pattern,
+  Noise
+};
 
 /// xoshiro256++ (Blackman, Vigna 2019).
 class Random {
@@ -32,7 +41,8 @@ class Random {
   explicit Random(std::uint64_t seed) {
     for (std::uint64_t& s : state_) s = seed = mix(seed);
   }
-  Random(std::uint64_t seed, Stream stream) : Random(mix(seed, static_cast<std::uint64_t>(stream))) {}
+  Random(std::uint64_t seed, Stream stream)
+      : Random(mix(seed, static_cast<std::uint64_t>(stream))) {}
 
   [[nodiscard]] std::uint64_t bits() {
     const std::uint64_t result = rotate(state_[0] + state_[3], 23) + state_[0];
@@ -59,7 +69,9 @@ class Random {
   }
 
  private:
-  static constexpr std::uint64_t rotate(std::uint64_t x, int k) { return (x << k) | (x >> (64 - k)); }
+  static constexpr std::uint64_t rotate(std::uint64_t x, int k) {
+    return (x << k) | (x >> (64 - k));
+  }
   std::uint64_t state_[4]{};
 };
 

@@ -79,7 +79,8 @@ SeaIndex::SeaIndex(const std::vector<Outline>& pieces, const std::vector<int>& o
       for (std::size_t k = 0; k + 1 < crossings.size(); k += 2)
         for (int c = column_of(crossings[k]); c <= column_of(crossings[k + 1]); ++c) {
           const double east = west_ + (c + 0.5) * cell_m;
-          if (east >= crossings[k] && east < crossings[k + 1]) cells_[at(r, c)] = -2 - owners[piece];
+          if (east >= crossings[k] && east < crossings[k + 1])
+            cells_[at(r, c)] = -2 - owners[piece];
         }
     }
   }
@@ -91,8 +92,10 @@ SeaIndex::SeaIndex(const std::vector<Outline>& pieces, const std::vector<int>& o
   for (std::size_t i = 0; i < touching.size();) {
     const std::size_t cell = touching[i].cell;
     Mixed mixed{};
-    mixed.north = south_ + (static_cast<double>(cell / static_cast<std::size_t>(columns_)) + 0.5) * cell_m;
-    mixed.east = west_ + (static_cast<double>(cell % static_cast<std::size_t>(columns_)) + 0.5) * cell_m;
+    mixed.north =
+        south_ + (static_cast<double>(cell / static_cast<std::size_t>(columns_)) + 0.5) * cell_m;
+    mixed.east =
+        west_ + (static_cast<double>(cell % static_cast<std::size_t>(columns_)) + 0.5) * cell_m;
     mixed.object = -2 - cells_[cell];
     mixed.first_edge = static_cast<std::uint32_t>(edges_.size());
     for (; i < touching.size() && touching[i].cell == cell; ++i) edges_.push_back(touching[i].edge);

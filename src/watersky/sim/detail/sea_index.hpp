@@ -27,9 +27,28 @@ class SeaIndex {
     const double row = (north - south_) * cells_per_m_, column = (east - west_) * cells_per_m_;
     if (!(row >= 0.0 && column >= 0.0 && row < rows_ && column < columns_)) return kWater;
     const int r = static_cast<int>(row), c = static_cast<int>(column);
-    const std::int32_t cell = cells_[static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) +
-                                     static_cast<std::size_t>(c)];
+    const std::int32_t cell =
+        cells_[static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) +
+               static_cast<std::size_t>(c)];
     return cell < 0 ? -2 - cell : in_mixed(mixed_[static_cast<std::size_t>(cell)], north, east);
+  }
+
+  /// Whether all of a rectangle around a point surely is one object or water: it lies in one cell
+  /// without edges. `object` is only set when it does.
+  [[nodiscard]] bool same_around(double north, double east, double reach_north, double reach_east,
+                                 int& object) const {
+    const double row = (north - south_) * cells_per_m_, column = (east - west_) * cells_per_m_;
+    if (!(row >= 0.0 && column >= 0.0 && row < rows_ && column < columns_)) return false;
+    const int r = static_cast<int>(row), c = static_cast<int>(column);
+    const double room_row = 0.5 - std::abs(row - r - 0.5),
+                 room_column = 0.5 - std::abs(column - c - 0.5);
+    if (room_row < reach_north * cells_per_m_ || room_column < reach_east * cells_per_m_)
+      return false;
+    const std::int32_t cell =
+        cells_[static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_) +
+               static_cast<std::size_t>(c)];
+    object = -2 - cell;
+    return cell < 0;
   }
 
  private:
@@ -59,7 +78,8 @@ class SeaIndex {
         const bool side1 = dn * (edge->east1 - cell.east) - de * (edge->north1 - cell.north) >= 0;
         if (side0 == side1) continue;
         const double along_n = edge->north1 - edge->north0, along_e = edge->east1 - edge->east0;
-        const bool centre = along_n * (cell.east - edge->east0) - along_e * (cell.north - edge->north0) >= 0;
+        const bool centre =
+            along_n * (cell.east - edge->east0) - along_e * (cell.north - edge->north0) >= 0;
         const bool point = along_n * (east - edge->east0) - along_e * (north - edge->north0) >= 0;
         odd ^= centre != point;
       }
