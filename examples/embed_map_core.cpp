@@ -49,7 +49,8 @@ class IceMappingTask {
     cv::Mat evidence(segmented.size(), CV_32F,
                      cv::Scalar(log_odds(area_.p2) - log_odds(area_.prior)));
     evidence.setTo(log_odds(area_.p1) - log_odds(area_.prior), segmented);
-    return map_.update(grid, evidence, captured_at);
+    WATERSKY_CHECK(map_.update(grid, evidence, captured_at));
+    return {};
   }
 
   /// projectImageToMap

@@ -29,6 +29,8 @@ CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& de
     const VerbResult result = body(*common);
     if (!result) {
       g_exit_status = status_of(result.error());
+      if (isatty(STDERR_FILENO) != 0)
+        std::fprintf(stderr, "\r\033[K");  // a progress bar may stand there
       std::fprintf(stderr, "watersky %s: %s\n", name.c_str(), result.error().message.c_str());
       if (common->json)
         std::printf("%s\n", nlohmann::json{{"error",

@@ -2,6 +2,7 @@
 #pragma once
 /// What all verbs share: levels, JSON, progress, and options made from described parameters.
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -42,13 +43,27 @@ void add_parameters(CLI::App& app, Parameters& parameters) {
     const std::string help = std::string(info.help) + unit;
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, bool>) {
       const std::string name = option_name(info.name);
-      app.add_flag(name + ",!--no-" + name.substr(2), value, help)->group("Parameters");
+      app.add_flag(name + ",!--no-" + name.substr(2), value,
+                   help + (value ? " (on unless --no-)" : " (off)"))
+          ->group("Parameters");
     } else {
       app.add_option(option_name(info.name), value, help)
           ->capture_default_str()
           ->group("Parameters");
     }
   });
+}
+
+/// Refuses NaN and infinities, which parse as numbers.
+[[nodiscard]] inline CLI::Validator finite() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        double x = 0;
+        return CLI::detail::lexical_cast(text, x) && std::isfinite(x)
+                   ? std::string()
+                   : text + " is not a finite number";
+      },
+      "");
 }
 
 /// A progress bar on standard error when that is a terminal; otherwise a line a stage.

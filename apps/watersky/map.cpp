@@ -4,6 +4,7 @@
 #include <thread>
 
 #include "cli.hpp"
+#include "watersky/geodesy/projection.hpp"
 #include "watersky/io/read_flight.hpp"
 #include "watersky/mapping/mapping.hpp"
 #include "watersky/products/products.hpp"
@@ -16,7 +17,7 @@ namespace {
 struct Options {
   std::string flight, out, camera_file, mount, log, sea_level, ice = "auto", projection,
                                                                name_pattern, video_start;
-  double focal_px = 0.0;
+  std::optional<double> focal_px;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
   std::optional<double> delay_s;
   std::optional<double> camera_utc_offset_h;
@@ -30,7 +31,7 @@ struct Options {
 Result<ReadOptions> read_options(const Options& o) {
   ReadOptions read;
   if (!o.camera_file.empty()) read.camera_file = o.camera_file;
-  if (o.focal_px > 0) read.focal_px = o.focal_px;
+  read.focal_px = o.focal_px;
   if (!o.mount.empty()) {
     WATERSKY_TRY(read.mount, parse_mount_option(o.mount));
   }
@@ -51,10 +52,12 @@ Result<ReadOptions> read_options(const Options& o) {
 
 VerbResult run(const Options& o, const Common& common) {
   WATERSKY_CHECK(validate(o.parameters));
-  const int threads = o.threads > 0
-                          ? o.threads
-                          : static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
-  cv::setNumThreads(threads);
+  const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  const int threads = o.threads > 0 ? o.threads : cores;
+  cv::setNumThreads(std::min(threads, cores));
+  if (!o.projection.empty())
+    if (const auto projection = Projection::from_text(o.projection); !projection)
+      return Error{ErrorCode::Usage, projection.error().message};
   // Before any work: a map that cannot be written is an hour lost.
   const WriteOptions write{.overwrite = o.overwrite, .threads = threads};
   WATERSKY_CHECK(check_output(o.out, write));
@@ -109,19 +112,25 @@ void add_map(CLI::App& app) {
           "--focal-px", o->focal_px,
           "focal length [px] of the full image; principal point in the middle, no distortion")
       ->check(CLI::PositiveNumber)
+      ->check(finite())
       ->excludes(camera);
-  verb.add_option("--mount", o->mount,
-                  "ROLL,PITCH,YAW of the camera on the aircraft [deg]: pitch -90 looks straight "
-                  "down, image top forward");
+  verb.add_option(
+      "--mount", o->mount,
+      "ROLL,PITCH,YAW of the camera on the aircraft [deg]: pitch -90 looks straight "
+      "down, image top forward; where a gimbal's attitude is recorded, of the camera on "
+      "the gimbal");
   verb.add_option("--log", o->log, "autopilot log with the poses (.tlog)");
   verb.add_option("--sea-level", o->sea_level,
                   "height of the sea [m] above a reference: takeoff:M, geoid:M or ellipsoid:M "
                   "(takeoff:-40 is 40 m below take-off)");
   verb.add_option("--delay-s", o->delay_s,
-                  "image arrival minus capture [s], where only arrival times are known");
+                  "image arrival minus capture [s]; the times of photographs beside a log are then "
+                  "those of their arrival")
+      ->check(finite());
   verb.add_option("--camera-utc-offset-h", o->camera_utc_offset_h,
                   "what the camera's clock shows more than UTC [h], where photographs do not say "
-                  "and a log must place them");
+                  "and a log must place them")
+      ->check(finite());
   verb.add_option(
       "--name-pattern", o->name_pattern,
       "capture time in file names, e.g. YYYYMMDDhhmmsscc; common patterns are found by themselves");
@@ -132,6 +141,7 @@ void add_map(CLI::App& app) {
   verb.add_option("--video-frame-interval-s", o->video_frame_interval_s,
                   "time [s] between the frames of a video that are used; 0: every frame")
       ->check(CLI::NonNegativeNumber)
+      ->check(finite())
       ->capture_default_str();
   verb.add_flag("--assume-nadir", o->assume_nadir,
                 "take photographs without attitude as looking straight down");
@@ -145,7 +155,7 @@ void add_map(CLI::App& app) {
                 "alignment yet)");
   verb.add_option("--threads", o->threads,
                   "threads that decode and segment; 0: as many as the machine has")
-      ->check(CLI::NonNegativeNumber)
+      ->check(CLI::Range(0, 256))
       ->capture_default_str();
   verb.add_flag("--overwrite", o->overwrite, "replace OUT if it is a map of ours");
   add_parameters(verb, o->parameters);

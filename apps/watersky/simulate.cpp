@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 /// `watersky simulate OUT`: a flight over a virtual sea, written as a flight folder with its truth.
+#include <cmath>
 #include <map>
 
 #include "cli.hpp"
@@ -20,21 +21,34 @@ struct Options {
 /// A preset's parameters with those replaced that the call names.
 Result<sim::Scenario> scenario_of(const Options& o) {
   WATERSKY_TRY(sim::Scenario scenario, sim::scenario_preset(o.preset));
+  Status whole;
   sim::Scenario::describe(scenario, [&](auto& value, const ParameterInfo& info) {
-    if (const auto given = o.overrides.find(std::string(info.name)); given != o.overrides.end())
-      value = static_cast<std::remove_cvref_t<decltype(value)>>(given->second);
+    const auto given = o.overrides.find(std::string(info.name));
+    if (given == o.overrides.end()) return;
+    const double x = given->second;
+    if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, int>) {
+      if (x != std::floor(x) || std::abs(x) > 2147483647.0) {
+        whole = Error{ErrorCode::Usage, std::string(info.name) + " must be a whole number, is " +
+                                            nlohmann::json(x).dump()};
+        return;
+      }
+    }
+    value = static_cast<std::remove_cvref_t<decltype(value)>>(x);
   });
+  WATERSKY_CHECK(whole);
   WATERSKY_CHECK(validate(scenario));
   return scenario;
 }
 
 VerbResult run(const Options& o, const Common& common) {
   WATERSKY_TRY(const sim::Scenario scenario, scenario_of(o));
+  const WriteSimulationOptions write{.overwrite = o.overwrite};
+  WATERSKY_CHECK(check_simulation_output(o.out, write));
   const Progress progress = progress_bar(common);
   report(progress, "freezing the sea", 0, 1);
   WATERSKY_TRY(const sim::Simulation simulation, sim::simulate(scenario));
   report(progress, "freezing the sea", 1, 1);
-  WATERSKY_CHECK(write_simulation(simulation, o.out, {.overwrite = o.overwrite}, progress));
+  WATERSKY_CHECK(write_simulation(simulation, o.out, write, progress));
 
   nlohmann::json parameters;
   sim::Scenario::describe(scenario, [&](const auto& value, const ParameterInfo& info) {
@@ -53,24 +67,20 @@ VerbResult run(const Options& o, const Common& common) {
                         {"parameters", std::move(parameters)}};
 }
 
-std::string preset_list() {
-  std::string list;
-  for (const std::string_view name : sim::scenario_preset_names())
-    list += (list.empty() ? "" : ", ") + std::string(name);
-  return list;
-}
-
 }  // namespace
 
 void add_simulate(CLI::App& app) {
   auto o = std::make_shared<Options>();
+  std::vector<std::string> presets;
+  for (const std::string_view name : sim::scenario_preset_names()) presets.emplace_back(name);
   CLI::App& verb = add_verb(app, "simulate",
                             "Fly over a virtual sea and write what was recorded, with the truth",
                             [o](const Common& common) { return run(*o, common); });
   verb.add_option("OUT", o->out, "flight folder to make")->required();
-  verb.add_option("--preset", o->preset, "where the parameters start from: " + preset_list())
+  verb.add_option("--preset", o->preset, "where the parameters start from")
+      ->check(CLI::IsMember(presets))
       ->capture_default_str();
-  verb.add_flag("--overwrite", o->overwrite, "replace OUT if it is a flight folder");
+  verb.add_flag("--overwrite", o->overwrite, "replace OUT if it is an earlier simulation");
   // Parameters are kept as overrides: their defaults are the preset's, whichever that is.
   const sim::Scenario defaults = sim::scenario_preset("not_easy").value_or({});
   sim::Scenario::describe(defaults, [&](const auto& value, const ParameterInfo& info) {

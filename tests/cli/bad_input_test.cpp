@@ -206,10 +206,29 @@ TEST_F(BadInput, AFullDiskLeavesNothingBehind) {
   expect_nothing_written();
 }
 
+// A run that fails must not take what others put into the folders it had to make.
+TEST_F(BadInput, AFailureTakesBackOnlyItsOwnFolders) {
+  copy_of_flight(folder_);
+  const fs::path deep = folder_.path() / "survey" / "today" / "map";
+  const Outcome o = watersky("map '" + flight().string() + "' -o '" + deep.string() + "'",
+                             "trap '' XFSZ; ulimit -f 4; ");
+  EXPECT_EQ(o.status, 1) << o.err;
+  expect_nothing_written();
+}
+
+TEST_F(BadInput, SimulateNeverReplacesARecording) {
+  copy_of_flight(folder_);
+  fs::remove(flight() / "simulation.txt");
+  const Outcome o = watersky("simulate '" + flight().string() + "' --overwrite");
+  expect_one_line_error(o, 1);
+  EXPECT_TRUE(fs::exists(flight() / "flight.yaml"));
+}
+
 TEST_F(BadInput, CallsAtFaultEndWithStatus2) {
   copy_of_flight(folder_);
   for (const char* option : {"--cell-m 0", "--cell-m banana", "--sea-level high", "--mount 1,2",
-                             "--ice purple", "--no-such-option", "--prior 1.5", "--focal-px -3"}) {
+                             "--ice purple", "--no-such-option", "--prior 1.5", "--focal-px -3",
+                             "--focal-px nan", "--threads 1000000", "--projection EPSG:4326"}) {
     const Outcome o = map(option);
     EXPECT_EQ(o.status, 2) << option << ": " << o.err;
     EXPECT_FALSE(o.err.empty());

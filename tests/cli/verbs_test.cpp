@@ -39,6 +39,38 @@ TEST(Map, TheSameWhateverTheNumberOfThreads) {
   EXPECT_TRUE(rasters[0] == rasters[1]);
 }
 
+TEST(Map, TheSameWhateverTheOrderOfTheFrames) {
+  const TemporaryFolder folder;
+  const fs::path flight = copy_of_flight(folder);
+  std::istringstream in(read_text(flight / "frames.csv"));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  std::reverse(lines.begin() + 1, lines.end());
+  std::string text;
+  for (const std::string& line : lines) text += line + "\n";
+  write_text(flight / "frames.csv", text);
+  const fs::path out = folder.path() / "map", straight = folder.path() / "straight";
+  ASSERT_EQ(watersky("map '" + flight.string() + "' -o '" + out.string() + "'").status, 0);
+  ASSERT_EQ(watersky("map '" + small_flight().string() + "' -o '" + straight.string() + "'").status,
+            0);
+  EXPECT_TRUE(read_text(out / "looks.tif") == read_text(straight / "looks.tif"));
+  EXPECT_TRUE(read_text(out / "probability.tif") == read_text(straight / "probability.tif"));
+}
+
+TEST(Map, AreasAreThoseOnTheGround) {
+  const TemporaryFolder folder;
+  double area_m2[2];
+  const char* const projections[] = {"EPSG:32633", "EPSG:3413"};
+  for (int i = 0; i < 2; ++i) {
+    const Outcome o = watersky("map '" + small_flight().string() + "' -o '" +
+                               (folder.path() / std::to_string(i)).string() +
+                               "' --json --projection " + projections[i]);
+    ASSERT_EQ(o.status, 0) << o.err;
+    area_m2[i] = o.json()["figures"]["seen_area_m2"];
+  }
+  EXPECT_NEAR(area_m2[0] / area_m2[1], 1.0, 0.01);  // in grid metres: 4 % apart
+}
+
 TEST(Map, OverwriteReplacesAMapOfOurs) {
   const TemporaryFolder folder;
   const fs::path out = folder.path() / "map";

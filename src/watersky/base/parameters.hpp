@@ -49,9 +49,11 @@ template <class Parameters>
           }
           return s;
         };
-        status = Error{ErrorCode::Usage, std::string(info.name) + " must be from " +
-                                             text(info.minimum) + " to " + text(info.maximum) +
-                                             " " + std::string(info.unit) + ", is " + text(number)};
+        status =
+            Error{ErrorCode::Usage, std::string(info.name) + " must be from " + text(info.minimum) +
+                                        " to " + text(info.maximum) +
+                                        (info.unit == "1" ? "" : " " + std::string(info.unit)) +
+                                        ", is " + text(number)};
       }
     }
   });

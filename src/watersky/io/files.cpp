@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/io/files.hpp"
 
+#include <signal.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -116,10 +117,16 @@ PartialFolder::PartialFolder(PartialFolder&& other) noexcept
       path_(std::exchange(other.path_, {})),
       first_made_(std::exchange(other.first_made_, {})) {}
 
-PartialFolder::~PartialFolder() {
-  std::error_code ignored;
-  if (!path_.empty()) fs::remove_all(path_, ignored);
-  if (!first_made_.empty()) fs::remove_all(first_made_, ignored);
+PartialFolder::~PartialFolder() { take_back(); }
+
+void PartialFolder::take_back() {
+  std::error_code error;
+  if (!path_.empty()) fs::remove_all(path_, error);
+  // Folders made above the target go again, but only while they are empty: somebody else may have
+  // put something there meanwhile.
+  if (first_made_.empty()) return;
+  for (fs::path p = target_.parent_path(); fs::remove(p, error) && p != first_made_;)
+    p = p.parent_path();
 }
 
 namespace {
@@ -129,6 +136,22 @@ Error refused(const fs::path& folder, const std::error_code& error) {
                              "; choose another folder, or free space there"};
 }
 
+/// Removes what earlier runs for the same target left behind when they were killed.
+void remove_leftovers(const fs::path& target) {
+  const std::string prefix = "." + target.filename().string() + ".part";
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(target.parent_path(), error)) {
+    const std::string name = entry.path().filename().string();
+    if (name.rfind(prefix, 0) != 0) continue;
+    const std::string pid = name.substr(prefix.size());
+    if (pid.empty() || pid.size() > 9 || pid.find_first_not_of("0123456789") != std::string::npos)
+      continue;
+    if (::kill(static_cast<pid_t>(std::stol(pid)), 0) == 0 || errno != ESRCH) continue;
+    std::error_code ignored;
+    fs::remove_all(entry.path(), ignored);
+  }
+}
+
 }  // namespace
 
 Result<PartialFolder> PartialFolder::beside(const fs::path& asked) {
@@ -136,6 +159,7 @@ Result<PartialFolder> PartialFolder::beside(const fs::path& asked) {
   if (!target.has_filename()) target = target.parent_path();
   PartialFolder folder(asked, target);
   std::error_code error;
+  remove_leftovers(target);
   for (fs::path p = target.parent_path(); !p.empty() && !fs::exists(p, error); p = p.parent_path())
     folder.first_made_ = p;
   fs::create_directories(target.parent_path(), error);

@@ -52,6 +52,7 @@ class PartialFolder {
   std::filesystem::path target_;
   std::filesystem::path path_;
   std::filesystem::path first_made_;  ///< topmost folder made above the target; may be empty
+  void take_back();
 };
 
 }  // namespace watersky

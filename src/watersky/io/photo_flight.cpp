@@ -265,6 +265,7 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
   if (by_gimbal) {
     flight.gimbal_reference = GimbalReference::NorthEastDown;
     flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{}));
+    if (options.mount) notes.emplace_back(detail::kMountOnGimbalNote);
   } else {
     flight.mount.rotation =
         camera_rotation(options.mount.value_or(YawPitchRoll{{}, Angle::degrees(-90), {}}));
@@ -273,7 +274,7 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
   }
 
   const ImageSize size{intrinsics.camera.width_px(), intrinsics.camera.height_px()};
-  std::size_t assumed = 0, local_times = 0, marked = 0, ellipsoidal = 0;
+  std::size_t assumed = 0, local_times = 0, timeless = 0, marked = 0, ellipsoidal = 0;
   double assumed_heading_sigma_deg = 0;
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const PhotoMetadata& m = placed[i]->metadata;
@@ -322,6 +323,7 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
       frame.captured_at = *m.taken_local - seconds(offset_h * 3600);
       if (!options.camera_utc_offset_h) ++local_times;
     }
+    if (!frame.captured_at) ++timeless;
     const Eigen::Quaterniond world_from_ned = flight.datum.world_from_ned_rotation(places[i]);
     const YawPitchRoll body = by_gimbal ? m.flight.value_or(YawPitchRoll{}) : *attitude;
     frame.own_pose =
@@ -333,7 +335,10 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
     flight.frames.push_back(std::move(frame));
   }
 
-  flight.times_are_utc = local_times == 0;
+  flight.times_are_utc = local_times == 0 && timeless == 0;
+  if (timeless > 0)
+    notes.push_back(detail::counted(timeless, "photograph") +
+                    " without any recorded time: 0 stands where a time should, and says nothing");
   if (local_times > 0)
     notes.push_back(
         "the photographs' clock names no time zone: times are the camera's own, not UTC");

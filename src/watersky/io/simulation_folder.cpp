@@ -91,23 +91,31 @@ Status write_truth(const sim::Truth& truth, const fs::path& folder, double cell_
   return write_file(folder / "objects.csv", csv);
 }
 
+/// Says that a folder is ours to replace.
+constexpr const char* kMarker = "simulation.txt";
+
 }  // namespace
+
+Status check_simulation_output(const fs::path& out, const WriteSimulationOptions& options) {
+  std::error_code error;
+  if (!fs::exists(fs::symlink_status(out, error))) return {};
+  if (!options.overwrite)
+    return Error{ErrorCode::Exists, out.string() +
+                                        ": is already there; give another name, or --overwrite to "
+                                        "replace an earlier simulation"};
+  if (!fs::exists(out / kMarker, error))
+    return Error{ErrorCode::Exists, out.string() +
+                                        ": is already there and no earlier simulation, so it is "
+                                        "not replaced; give another name"};
+  return {};
+}
 
 Status write_simulation(const sim::Simulation& simulation, const fs::path& out,
                         const WriteSimulationOptions& options, const Progress& progress) {
   if (!(options.truth_cell_m > 0))
     return Error{ErrorCode::Usage, "a truth cell's edge must be longer than 0 m"};
+  WATERSKY_CHECK(check_simulation_output(out, options));
   std::error_code error;
-  if (fs::exists(fs::symlink_status(out, error))) {
-    if (!options.overwrite)
-      return Error{
-          ErrorCode::Exists,
-          out.string() + " exists; give another name, or --overwrite to replace a flight folder"};
-    if (!fs::exists(out / "flight.yaml", error))
-      return Error{ErrorCode::Exists,
-                   out.string() + " exists and is no flight folder; give another name"};
-  }
-
   WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(out));
   fs::remove(partial.path(), error);  // write_flight_folder makes it
   WATERSKY_TRY(const std::vector<LeftOut> left_out,
@@ -118,6 +126,9 @@ Status write_simulation(const sim::Simulation& simulation, const fs::path& out,
   fs::create_directory(partial.path() / "truth", error);
   if (error) return Error{ErrorCode::Io, out.string() + ": " + error.message()};
   WATERSKY_CHECK(write_truth(simulation.truth, partial.path() / "truth", options.truth_cell_m));
+  WATERSKY_CHECK(
+      write_file(partial.path() / kMarker,
+                 "Made by watersky simulate; its --overwrite may replace this folder.\n"));
   return partial.publish();
 }
 

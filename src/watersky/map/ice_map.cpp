@@ -98,7 +98,7 @@ Result<IceMap> IceMap::make(const MapParameters& parameters) {
   return IceMap(parameters);
 }
 
-Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) {
+Result<std::size_t> IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) {
   if (evidence.type() != CV_32F || evidence.cols != view.camera.width_px() ||
       evidence.rows != view.camera.height_px())
     return Error{ErrorCode::InvalidInput, "evidence of " + std::to_string(evidence.cols) + "x" +
@@ -115,6 +115,7 @@ Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) 
 
   std::vector<float> sums;
   std::vector<int> knowns;
+  std::size_t touched = 0;
   for (int r = view.box.first_row; r < view.box.end_row(); ++r) {
     const CellSampler::Row row = sampler.row(r);
     if (row.columns == 0) continue;
@@ -135,6 +136,7 @@ Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) 
         tile = &tiles_[TileIndex{t, tile_of(r)}];
       }
       const std::size_t cell = line + static_cast<std::size_t>(column - tile_column * kTileCells);
+      ++touched;
       float& l = tile->evidence[cell];
       l = std::clamp(l + sums[static_cast<std::size_t>(i)] / static_cast<float>(known), lowest,
                      highest);
@@ -144,7 +146,7 @@ Status IceMap::update(const GridView& view, const cv::Mat& evidence, Time time) 
       if (!(seen >= time_s)) seen = time_s;
     }
   }
-  return {};
+  return touched;
 }
 
 void IceMap::predict(const CellDynamics& dynamics, double elapsed_s) {

@@ -73,8 +73,9 @@ class IceMap {
   /// Adds one frame. `evidence` (CV_32F): log-odds minus the prior's for each pixel of an image
   /// of the view's camera (scale the view to the evidence first); NaN: not known. Each cell
   /// takes the mean over its own area in the image; a cell of which less than half shows known
-  /// pixels is not touched. InvalidInput when the size contradicts the view.
-  Status update(const GridView& view, const cv::Mat& evidence, Time time);
+  /// pixels is not touched. Returns the number of cells touched. InvalidInput when the size
+  /// contradicts the view.
+  Result<std::size_t> update(const GridView& view, const cv::Mat& evidence, Time time);
 
   /// Forgets: applies (2.21) to all seen cells over the elapsed seconds.
   void predict(const CellDynamics& dynamics, double elapsed_s);

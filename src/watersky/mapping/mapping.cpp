@@ -63,9 +63,16 @@ Result<std::pair<cv::Mat, CameraModel>> load(const PlannedFrame& planned, const 
                                             " pixels; give the calibration of this camera"};
 }
 
-/// 16 bit to 8 for looking at: the middle 98 % of the values over the whole range.
-cv::Mat displayable(const cv::Mat& image) {
-  if (image.depth() == CV_8U) return image;
+/// What 16-bit counts are shown as black and white: one range for a flight, or its frames would
+/// differ where their edges meet.
+struct DisplayRange {
+  float low = std::numeric_limits<float>::infinity();
+  float high = -std::numeric_limits<float>::infinity();
+};
+
+/// Widens a range to hold the middle 98 % of an image.
+void widen(DisplayRange& range, const cv::Mat& image) {
+  if (image.depth() == CV_8U) return;
   std::vector<float> sample;
   const int step =
       std::max(1, static_cast<int>(std::sqrt(static_cast<double>(image.total()) / 10000)));
@@ -74,11 +81,15 @@ cv::Mat displayable(const cv::Mat& image) {
   for (int v = 0; v < values.rows; v += step)
     for (int u = 0; u < values.cols; u += step) sample.push_back(values.at<float>(v, u));
   std::sort(sample.begin(), sample.end());
-  const float low = sample[sample.size() / 100],
-              high = sample[sample.size() - 1 - sample.size() / 100];
-  const double scale = high > low ? 255.0 / (high - low) : 1.0;
+  range.low = std::min(range.low, sample[sample.size() / 100]);
+  range.high = std::max(range.high, sample[sample.size() - 1 - sample.size() / 100]);
+}
+
+cv::Mat displayable(const cv::Mat& image, const DisplayRange& range) {
+  if (image.depth() == CV_8U) return image;
+  const double scale = range.high > range.low ? 255.0 / (range.high - range.low) : 1.0;
   cv::Mat out;
-  image.convertTo(out, CV_8U, scale, -scale * low);
+  image.convertTo(out, CV_8U, scale, -scale * range.low);
   return out;
 }
 
@@ -183,6 +194,7 @@ class FlightMapper {
   const MappingOptions& options_;
   const Progress& progress_;
   OtsuSegmenter segmenter_;
+  DisplayRange display_;
   /// Frames that observe() decoded and prepare() will ask for again.
   std::map<const ImageFrame*, std::pair<cv::Mat, CameraModel>> decoded_;
 };
@@ -215,6 +227,10 @@ Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFr
     const int reduction = choose_reduction(grid->pixels_per_cell);
     planned.push_back({frame, pose, *std::move(view), *std::move(grid), reduction});
   }
+  // Evidence is clamped, so the order counts: that of capture, whatever the recording's.
+  std::stable_sort(
+      planned.begin(), planned.end(),
+      [](const PlannedFrame& a, const PlannedFrame& b) { return a.pose.time < b.pose.time; });
   return planned;
 }
 
@@ -230,6 +246,7 @@ void FlightMapper::observe(const std::vector<PlannedFrame>& frames) {
     auto loaded = load(planned, flight_.camera, options_.parameters.mosaic);
     if (!loaded) continue;  // prepare() meets the same fault and reports it
     segmenter_.observe(loaded->first, cv::Mat());
+    widen(display_, loaded->first);
     const std::size_t bytes = loaded->first.total() * loaded->first.elemSize();
     if (cached + bytes <= kCacheBytes) {
       cached += bytes;
@@ -252,7 +269,7 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
   prepared.evidence = to_evidence(p_ice, p.map.prior, prepared.ice_fraction);
   soften(prepared.evidence,
          p.sigma_m / planned.view.gsd_m() * camera.focal_px() / flight_.camera.focal_px());
-  if (p.mosaic) prepared.image = displayable(image);
+  if (p.mosaic) prepared.image = displayable(image, display_);
   return prepared;
 }
 
@@ -263,10 +280,17 @@ void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedF
   };
   if (!prepared) return leave_out(prepared.error());
   const GridView view = planned.grid.with(prepared->camera);
-  if (const Status s = run.map.update(view, prepared->evidence, planned.pose.time); !s)
-    return leave_out(s.error());
+  const auto touched = run.map.update(view, prepared->evidence, planned.pose.time);
+  if (!touched) return leave_out(touched.error());
+  if (*touched == 0)
+    return leave_out(
+        {ErrorCode::OutOfRange,
+         "it fills no cell of the map: its footprint is smaller than a cell, or nothing "
+         "in it could be told"});
   if (!prepared->image.empty())
-    if (const Status s = run.mosaic.add(view, prepared->image); !s) return leave_out(s.error());
+    if (const Status s = run.mosaic.add(view, prepared->image); !s)
+      run.notes.push_back(planned.frame->name +
+                          " is in the map but not in the mosaic: " + s.error().message);
 
   UsedFrame used{.file = planned.frame->name, .pose = planned.pose};
   for (const Eigen::Vector2d& corner : planned.grid.footprint)
@@ -332,7 +356,11 @@ Result<MapRun> FlightMapper::run() {
 
   const PolarityEstimate polarity = segmenter_.polarity();
   run.ice = polarity.polarity;
-  if (!segmenter_.classes().two_classes) {
+  if (flight_.readout_s > 0)
+    run.notes.emplace_back(
+        "The shutter rolls (readout_s), and this version maps each frame with the pose of its "
+        "middle row.");
+  if (!segmenter_.classes().two_classes || segmenter_.classes().two_class_frames == 0) {
     run.notes.emplace_back(
         "No frame shows ice and water apart: the map's split may be shading or noise. Look at the "
         "mosaic before you trust it.");

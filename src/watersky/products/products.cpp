@@ -84,8 +84,12 @@ std::vector<Task> tasks_for(const Products& products) {
   tasks.push_back(
       {"ice.gpkg", [&products](const fs::path& path) { return write_geopackage(path, products); }});
   tasks.push_back({"last_seen.tif", [&products, place, text](const fs::path& path) {
-                     return write_geotiff(path, products.rasters.last_seen_s, place,
-                                          text("time of the last look, UTC since 1970", "s"));
+                     return write_geotiff(
+                         path, products.rasters.last_seen_s, place,
+                         text(products.times_are_utc
+                                  ? "time of the last look, UTC since 1970"
+                                  : "time of the last look by the camera's clock, since 1970",
+                              "s"));
                    }});
   tasks.push_back({"looks.tif", [&products, place, text](const fs::path& path) {
                      return write_geotiff(path, products.rasters.looks, place,
@@ -136,10 +140,11 @@ Status run_tasks(const std::vector<Task>& tasks, const fs::path& folder, int thr
 }  // namespace
 
 void analyse(Products& products) {
-  products.concentration = ice::concentration(products.rasters.probability, products.cell_m(),
-                                              products.object_parameters.ice_probability);
+  products.concentration =
+      ice::concentration(products.rasters.probability, products.ground_cell_m(),
+                         products.object_parameters.ice_probability);
   products.objects =
-      ice::find_objects(products.rasters, products.cell_m(), products.object_parameters);
+      ice::find_objects(products.rasters, products.ground_cell_m(), products.object_parameters);
   products.floes = ice::floe_statistics(products.objects);
 }
 

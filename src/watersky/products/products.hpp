@@ -48,7 +48,12 @@ struct Products {
   bool times_are_utc = true;
   double mapping_wall_s = 0.0;
 
+  /// Of the grid, in the projection's metres.
   [[nodiscard]] double cell_m() const { return geotransform[1]; }
+  /// Projection metres per metre on the ground at the middle of the map: areas and lengths are
+  /// those on the ground.
+  double scale = 1.0;
+  [[nodiscard]] double ground_cell_m() const { return cell_m() / scale; }
   [[nodiscard]] Eigen::Vector2d easting_northing_m(const Eigen::Vector2d& grid) const {
     return {geotransform[0] + (grid.x() + 0.5) * geotransform[1],
             geotransform[3] + (grid.y() + 0.5) * geotransform[5]};

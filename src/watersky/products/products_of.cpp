@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/products/products.hpp"
 
+#include <Eigen/LU>
+#include <cmath>
+
 namespace watersky {
 
 Products products_of(const MapRun& run, const ice::ObjectParameters& parameters) {
@@ -23,6 +26,11 @@ Products products_of(const MapRun& run, const ice::ObjectParameters& parameters)
   p.datum = run.datum;
   p.times_are_utc = run.times_are_utc;
   p.mapping_wall_s = run.wall_s;
+  const Eigen::Vector2d middle = run.reference.easting_northing_m(
+      box.first_column + 0.5 * box.columns, box.first_row + 0.5 * box.rows);
+  if (const auto place = run.reference.projection.inverse(middle); place)
+    if (const auto projected = run.reference.projection.at(*place); projected)
+      p.scale = std::sqrt(std::abs(projected->grid_from_north_east.determinant()));
   analyse(p);
   return p;
 }

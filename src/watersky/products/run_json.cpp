@@ -24,9 +24,13 @@ json described(const Parameters& parameters) {
 
 json text_or_null(const std::string& text) { return text.empty() ? json() : json(text); }
 
-json time_or_null(double seconds_utc) {
+/// ISO 8601; without the Z when the clock's zone is not known.
+json time_or_null(double seconds_utc, bool is_utc) {
   const auto time = time_from_seconds(seconds_utc);
-  return time ? json(to_iso8601(*time)) : json();
+  if (!time) return {};
+  std::string text = to_iso8601(*time);
+  if (!is_utc) text.pop_back();
+  return text;
 }
 
 std::string_view name_of(IcePolarity ice) {
@@ -80,8 +84,8 @@ json figures(const Products& products) {
           {"height_above_sea_min_m", frames.min_height_m},
           {"height_above_sea_max_m", frames.max_height_m},
           {"off_nadir_max_deg", frames.max_off_nadir_deg},
-          {"first_frame", time_or_null(frames.first_s)},
-          {"last_frame", time_or_null(frames.last_s)},
+          {"first_frame", time_or_null(frames.first_s, products.times_are_utc)},
+          {"last_frame", time_or_null(frames.last_s, products.times_are_utc)},
           {"floe_sizes",
            {{"whole_pieces", floes.count},
             {"pieces_cut_by_edge", floes.cut_by_edge},
@@ -123,6 +127,7 @@ json run_json(const Products& products) {
       {"ice", {{"asked", name_of(products.options.ice)}, {"used", name_of(products.ice)}}},
       {"sea_level", text_or_null(products.sea_level)},
       {"calibration", text_or_null(products.calibration)},
+      {"times_are_utc", products.times_are_utc},
       {"mount", text_or_null(products.mount)},
       {"datum",
        {{"lat_deg", datum.latitude.degrees()},
@@ -134,6 +139,7 @@ json run_json(const Products& products) {
        {{"columns", p.cols},
         {"rows", p.rows},
         {"cell_m", products.cell_m()},
+        {"scale", products.scale},
         {"geotransform", products.geotransform}}},
       {"extent", extent(products)},
       {"timings_s", {{"mapping", products.mapping_wall_s}}},

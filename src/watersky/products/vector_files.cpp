@@ -46,7 +46,7 @@ class LayerWriter {
   bool ok_;
 };
 
-void set_time(OGRFeature& feature, const char* name, double seconds_utc) {
+void set_time(OGRFeature& feature, const char* name, double seconds_utc, bool is_utc) {
   const std::optional<Time> time = time_from_seconds(seconds_utc);
   if (!time) return;
   const auto day = std::chrono::floor<std::chrono::days>(*time);
@@ -59,7 +59,7 @@ void set_time(OGRFeature& feature, const char* name, double seconds_utc) {
                    static_cast<int>(clock.minutes().count()),
                    static_cast<float>(static_cast<double>(clock.seconds().count()) +
                                       to_seconds(Duration(clock.subseconds()))),
-                   100);
+                   is_utc ? 100 : 0);  // OGR's flags for UTC and for an unknown zone
 }
 
 /// Infinite or unknown becomes NULL.
@@ -136,7 +136,7 @@ void add_object(LayerWriter& layer, const Products& products, const ice::IceObje
   f->SetField("cut_by_edge", object.cut_by_edge ? 1 : 0);
   f->SetField("mean_probability", object.mean_probability);
   f->SetField("mean_looks", object.mean_looks);
-  set_time(*f, "last_seen", object.last_seen_s);
+  set_time(*f, "last_seen", object.last_seen_s, products.times_are_utc);
   set_known(*f, "last_seen_s", object.last_seen_s);
   layer.add(std::move(f), outline(products, object));
 }
@@ -163,7 +163,7 @@ bool write_footprints(OGRLayer* target, const Products& products) {
     OGRFeatureUniquePtr f = layer.feature();
     if (!f) return false;
     f->SetField("file", utf8(frame.file).c_str());
-    set_time(*f, "captured", to_seconds(frame.pose.time));
+    set_time(*f, "captured", to_seconds(frame.pose.time), products.times_are_utc);
     f->SetField("captured_s", to_seconds(frame.pose.time));
     f->SetField("height_above_sea_m", frame.height_above_sea_m);
     f->SetField("gsd_m", frame.gsd_m);
@@ -194,8 +194,8 @@ bool write_tracks(OGRLayer* target, const Products& products) {
   if (!f) return false;
   f->SetField("kind", "aircraft");
   f->SetField("name", utf8(products.flight_name).c_str());
-  set_time(*f, "start", track.front().time_s);
-  set_time(*f, "end", track.back().time_s);
+  set_time(*f, "start", track.front().time_s, products.times_are_utc);
+  set_time(*f, "end", track.back().time_s, products.times_are_utc);
   f->SetField("length_m", line->get_Length());
   layer.add(std::move(f), std::move(line));
   return layer.ok();

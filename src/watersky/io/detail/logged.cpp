@@ -45,6 +45,7 @@ Result<RecordedFlight> flight_by_log(const fs::path& recording, const fs::path& 
     flight.gimbal_reference = GimbalReference::NorthEastDown;
     WATERSKY_TRY(flight.gimbal, RotationTrack::make(std::move(log.gimbal)));
     flight.mount.rotation = camera_rotation(options.mount.value_or(YawPitchRoll{}));
+    if (options.mount) notes.emplace_back(kMountOnGimbalNote);
     notes.emplace_back("the log's gimbal attitude stands between body and camera");
   } else {
     flight.mount.rotation =

@@ -54,5 +54,8 @@ struct PhotoSet {
 inline constexpr const char* kAssumedMountNote =
     "the mount is not known: assumed that the camera looks straight down, image top forward "
     "(give --mount ROLL,PITCH,YAW)";
+inline constexpr const char* kMountOnGimbalNote =
+    "--mount is taken as the camera on the gimbal, whose recorded attitude already says where it "
+    "points (0,0,0 along the gimbal's forward axis)";
 
 }  // namespace watersky::detail
