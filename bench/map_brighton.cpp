@@ -51,10 +51,12 @@ bool decode_all(const std::vector<std::vector<unsigned char>>& files,
 int main(int argc, char** argv) {
   const char* data = std::getenv("WATERSKY_DATA");
   const fs::path flight =
-      argc > 1 ? fs::path(argv[1]) : fs::path(data ? data : "../shared/data") / "brighton_beach";
+      argc > 1 ? fs::path(argv[1]) : fs::path(data ? data : "") / "brighton_beach";
   if (!fs::exists(flight / "images")) {
-    std::fprintf(stderr, "map_brighton: %s holds no images; give the folder brighton_beach\n",
-                 flight.c_str());
+    std::fprintf(
+        stderr,
+        "map_brighton: %s holds no images; give the folder brighton_beach, or set WATERSKY_DATA\n",
+        flight.c_str());
     return 1;
   }
   const fs::path program =

@@ -75,6 +75,11 @@ Status write_file(const fs::path& path, std::string_view bytes) {
   return {};
 }
 
+fs::path resolved(const fs::path& path) {
+  const fs::path absolute = fs::absolute(path).lexically_normal();
+  return absolute.has_filename() ? absolute : absolute.parent_path();
+}
+
 std::string lower(std::string_view text) {
   std::string out(text);
   for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -155,8 +160,7 @@ void remove_leftovers(const fs::path& target) {
 }  // namespace
 
 Result<PartialFolder> PartialFolder::beside(const fs::path& asked) {
-  fs::path target = fs::absolute(asked).lexically_normal();
-  if (!target.has_filename()) target = target.parent_path();
+  const fs::path target = resolved(asked);
   PartialFolder folder(asked, target);
   std::error_code error;
   remove_leftovers(target);

@@ -21,6 +21,9 @@ namespace watersky {
 /// Written beside `file` under another name and renamed, so that nobody sees half of it.
 [[nodiscard]] Status write_file(const std::filesystem::path& file, std::string_view bytes);
 
+/// Absolute, without dots and without a slash at its end: its filename() is the last name in it.
+[[nodiscard]] std::filesystem::path resolved(const std::filesystem::path& path);
+
 /// ".JPG" → ".jpg".
 [[nodiscard]] std::string lower_extension(const std::filesystem::path& file);
 [[nodiscard]] std::string lower(std::string_view text);

@@ -451,10 +451,7 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
     notes.emplace_back("flight.yaml names no datum: the first pose is taken for it");
   }
 
-  Flight flight(fs::absolute(folder).lexically_normal().filename().string(),
-                Datum(*origin, d.datum_x_azimuth), camera);
-  if (flight.name.empty())
-    flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
+  Flight flight(resolved(folder).filename().string(), Datum(*origin, d.datum_x_azimuth), camera);
   flight.notes = std::move(notes);
   for (const std::string& key : d.unknown_keys)
     flight.notes.push_back("flight.yaml: " + key + " means nothing to us and was ignored");

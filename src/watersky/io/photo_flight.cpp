@@ -256,10 +256,7 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
   if (placed.empty())
     return Error{ErrorCode::NotFound, folder.string() + ": its photographs record no height"};
 
-  Flight flight(fs::absolute(folder).lexically_normal().filename().string(), Datum(places.front()),
-                intrinsics.camera);
-  if (flight.name.empty())
-    flight.name = fs::absolute(folder).lexically_normal().parent_path().filename().string();
+  Flight flight(resolved(folder).filename().string(), Datum(places.front()), intrinsics.camera);
   flight.calibration = intrinsics.source;
   flight.delay_s = options.delay_s;
   if (by_gimbal) {

@@ -31,12 +31,6 @@ bool is_earlier_run(const fs::path& folder) {
   return run.is_object() && run.contains("watersky");
 }
 
-/// The folder itself, whether or not it was given with a slash at its end.
-fs::path folder_of(const fs::path& out) {
-  const fs::path absolute = fs::absolute(out).lexically_normal();
-  return absolute.has_filename() ? absolute : absolute.parent_path();
-}
-
 struct Task {
   std::string file;
   std::function<Status(const fs::path&)> write;
@@ -150,7 +144,7 @@ void analyse(Products& products) {
 
 Status check_output(const fs::path& out, const WriteOptions& options) {
   std::error_code error;
-  const fs::path folder = folder_of(out);
+  const fs::path folder = resolved(out);
   if (!fs::exists(fs::symlink_status(folder, error))) return {};
   if (!options.overwrite)
     return Error{ErrorCode::Exists, out.string() +

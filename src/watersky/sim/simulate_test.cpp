@@ -13,6 +13,8 @@
 
 #include "watersky/geo/rotation.hpp"
 
+#include "support/real_data.hpp"
+
 namespace watersky::sim {
 namespace {
 
@@ -185,14 +187,12 @@ TEST(Simulate, ReducesImagesByAreaAndInColourToGrey) {
 
 // Real thermal images of sea ice at about 1 m/px with hand-made masks (PANGAEA.971908).
 TEST(Simulate, FliesOverARealThermalImage) {
-  const char* given = std::getenv("WATERSKY_DATA");
-  const std::string data = given ? given : WATERSKY_SOURCE_DIR "/../shared/data";
-  const cv::Mat picture =
-      cv::imread(data + "/tir_sea_ice/images/train_00.png", cv::IMREAD_GRAYSCALE);
-  const cv::Mat classes =
-      cv::imread(data + "/tir_sea_ice/masks/train_00.png", cv::IMREAD_UNCHANGED);
-  if (picture.empty() || classes.empty())
-    GTEST_SKIP() << "no tir_sea_ice in " << data << "; set WATERSKY_DATA";
+  const auto folder = test::real_data("tir_sea_ice");
+  if (!folder) GTEST_SKIP() << "no tir_sea_ice; set WATERSKY_DATA";
+  const std::string data = folder->string();
+  const cv::Mat picture = cv::imread(data + "/images/train_00.png", cv::IMREAD_GRAYSCALE);
+  const cv::Mat classes = cv::imread(data + "/masks/train_00.png", cv::IMREAD_UNCHANGED);
+  if (picture.empty() || classes.empty()) GTEST_SKIP() << "no image in " << data;
   const cv::Mat ice = classes == 1;
   const Sea sea = Sea::from_raster(ice, picture, 1.0).value();
   EXPECT_NEAR(sea.concentration(), cv::countNonZero(ice) / (480.0 * 480.0), 1e-9);

@@ -10,6 +10,8 @@
 
 #include "watersky/vision/otsu.hpp"
 
+#include "support/real_data.hpp"
+
 namespace watersky {
 namespace {
 
@@ -60,10 +62,7 @@ cv::Mat frame(cv::RNG& rng, const cv::Mat& ice, bool ice_bright) {
   return image;
 }
 
-fs::path data_folder() {
-  if (const char* given = std::getenv("WATERSKY_DATA")) return given;
-  return WATERSKY_SOURCE_DIR "/../shared/data";
-}
+fs::path data_folder() { return test::real_data(".").value_or("no data"); }
 
 TEST(ShapeEvidence, SolidityOfKnownShapes) {
   cv::Mat mask(100, 100, CV_8U, cv::Scalar(0));

@@ -10,6 +10,8 @@
 #include <map>
 #include <random>
 
+#include "support/real_data.hpp"
+
 namespace watersky::mavlink {
 namespace {
 
@@ -131,10 +133,9 @@ TEST(Tlog, EmptyAndSenselessBytesHoldNoRecord) {
 
 // Counts by the data's own README; every record of the flight has a known stamp.
 TEST(Tlog, CuavFlightHoldsTheMessagesItsDescriptionCounts) {
-  const char* env = std::getenv("WATERSKY_DATA");
-  const std::filesystem::path data = env ? env : WATERSKY_SOURCE_DIR "/../shared/data";
-  std::ifstream file(data / "cuav_flight/flight.tlog", std::ios::binary);
-  if (!file) GTEST_SKIP() << "no real data at " << data;
+  const auto data = test::real_data("cuav_flight");
+  if (!data) GTEST_SKIP() << "no cuav_flight; set WATERSKY_DATA";
+  std::ifstream file(*data / "flight.tlog", std::ios::binary);
   const Bytes bytes{std::istreambuf_iterator<char>(file), {}};
   TlogReader reader(bytes);
   std::map<std::uint32_t, int> counts;

@@ -28,11 +28,9 @@ Result<RecordedFlight> flight_by_log(const fs::path& recording, const fs::path& 
                                      std::vector<std::string> notes) {
   const PositionSample& first = log.positions.front();
   WATERSKY_TRY(const double geoid_m, egm96_above_ellipsoid_m(first.latitude, first.longitude));
-  const fs::path place = fs::absolute(recording).lexically_normal();
-  Flight flight(place.filename().string(),
+  Flight flight(resolved(recording).filename().string(),
                 Datum({first.latitude, first.longitude, log.home_height_geoid_m + geoid_m}),
                 std::move(intrinsics.camera));
-  if (flight.name.empty()) flight.name = place.parent_path().filename().string();
   flight.calibration = intrinsics.source;
   flight.delay_s = options.delay_s;
   WATERSKY_TRY(flight.trajectory, make_trajectory(log, flight.datum));

@@ -34,7 +34,7 @@ Result<std::string> png(const cv::Mat& index, const GDALColorTable* colors) {
     return gdal.error("report picture");
   if (colors) band->SetColorTable(const_cast<GDALColorTable*>(colors));  // GDAL copies it
   CPLStringList options;
-  options.SetNameValue("ZLEVEL", "3");
+  options.SetNameValue("ZLEVEL", "1");
   const MemoryFile file(".png");
   DatasetPtr copy(driver->CreateCopy(file.name().c_str(), source.get(), FALSE, options.List(),
                                      nullptr, nullptr));
