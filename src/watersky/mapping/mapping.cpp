@@ -173,11 +173,9 @@ std::string describe_mount(const Flight& flight) {
 
 class FlightMapper {
  public:
-  FlightMapper(const Flight& flight, const MappingOptions& options, const Progress& progress)
-      : flight_(flight),
-        options_(options),
-        progress_(progress),
-        segmenter_(options.parameters.otsu, options.ice) {}
+  FlightMapper(const Flight& flight, const MappingOptions& options, const Progress& progress,
+               Segmenter& segmenter)
+      : flight_(flight), options_(options), progress_(progress), segmenter_(segmenter) {}
 
   Result<MapRun> run();
 
@@ -193,7 +191,7 @@ class FlightMapper {
   const Flight& flight_;
   const MappingOptions& options_;
   const Progress& progress_;
-  OtsuSegmenter segmenter_;
+  Segmenter& segmenter_;
   DisplayRange display_;
   /// Frames that observe() decoded and prepare() will ask for again.
   std::map<const ImageFrame*, std::pair<cv::Mat, CameraModel>> decoded_;
@@ -354,24 +352,13 @@ Result<MapRun> FlightMapper::run() {
   report(progress_, "mapping", planned.size(), planned.size());
   if (run.used.empty()) return none(run.left_out);
 
-  const PolarityEstimate polarity = segmenter_.polarity();
-  run.ice = polarity.polarity;
+  const Findings found = segmenter_.findings();
+  run.ice = found.polarity ? found.polarity->polarity : IcePolarity::Auto;
   if (flight_.readout_s > 0)
     run.notes.emplace_back(
         "The shutter rolls (readout_s), and this version maps each frame with the pose of its "
         "middle row.");
-  if (!segmenter_.classes().two_classes || segmenter_.classes().two_class_frames == 0) {
-    run.notes.emplace_back(
-        "No frame shows ice and water apart: the map's split may be shading or noise. Look at the "
-        "mosaic before you trust it.");
-  } else if (options_.ice == IcePolarity::Auto) {
-    run.notes.push_back(std::string("Ice was taken as the ") +
-                        (run.ice == IcePolarity::Brighter ? "brighter" : "darker") +
-                        " class: " + polarity.evidence +
-                        (polarity.confidence < kSureOfPolarity
-                             ? ". This is not sure; give --ice brighter or --ice darker."
-                             : "."));
-  }
+  run.notes.insert(run.notes.end(), found.notes.begin(), found.notes.end());
   const auto cut = std::count_if(run.used.begin(), run.used.end(),
                                  [](const UsedFrame& u) { return u.cut_by_grazing_limit; });
   if (cut > 0) {
@@ -391,7 +378,9 @@ Result<MapRun> FlightMapper::run() {
 Result<MapRun> map_flight(const Flight& flight, const MappingOptions& options,
                           const Progress& progress) {
   WATERSKY_CHECK(validate(options.parameters));
-  return FlightMapper(flight, options, progress).run();
+  WATERSKY_TRY(const auto segmenter,
+               make_segmenter(options.method, options.parameters.segmentation, options.ice));
+  return FlightMapper(flight, options, progress, *segmenter).run();
 }
 
 }  // namespace watersky
