@@ -83,6 +83,7 @@ void say_more(const Common& common, const std::string& line);
 void warn(const Common& common, const std::string& line);
 
 void add_map(CLI::App& app);
+void add_segment(CLI::App& app);
 
 void add_simulate(CLI::App& app);
 void add_inspect(CLI::App& app);

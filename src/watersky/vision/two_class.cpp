@@ -59,10 +59,12 @@ FlightSplit split_by_flight(const FlightClasses& flight, const detail::CoarseVie
     const double sigma = std::max(flight.drift_sigma, kLeastDrift * contrast);
     const double near = std::abs(drift), far = contrast - near;
     const bool between = view.median > flight.dark && view.median < flight.bright;
+    // A lens cap, a full well and a frozen sensor have a level, but it says nothing.
+    const bool one_level = !(view.high > view.low);
     const bool undecided =
-        between ? near > kMostSigmas * sigma ||
-                      far * far - near * near < 2.0 * sigma * sigma * std::log(kClassOdds)
-                : near > std::max(most_drift, kMostSigmas * sigma);
+        one_level ||
+        (between && (near > kMostSigmas * sigma ||
+                     far * far - near * near < 2.0 * sigma * sigma * std::log(kClassOdds)));
     if (undecided) return {FlightSplit::By::Nothing, 0.0};
     threshold = middle + drift;
     const double shown = view.valid.empty() ? static_cast<double>(view.level.total())

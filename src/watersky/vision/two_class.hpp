@@ -71,7 +71,8 @@ struct FlightClasses {
 ///   contrast;
 /// - any other frame is taken to show mostly one class, the nearer one, and split by level where
 ///   the flight would, moved by the frame's drift from that class. Where the frame's level lies
-///   too near the middle to tell which class it is, as fog does, it is not known;
+///   too near the middle to tell which class it is, as fog does, or all its pixels are equal, it
+///   is not known;
 /// - levels are split where the smaller class's pixels are as likely as the noise of the larger
 ///   (σ² / contrast · log of their ratio off the middle), so that water alone stays water.
 /// Where not even the flight shows two classes, Otsu's threshold of all its frames together is
