@@ -119,7 +119,7 @@ std::string figure(const std::string& jpeg, const std::string& file, const std::
 }
 
 std::string image_figure(const SegmentedImage& image) {
-  std::string text = "<b>" + escaped(image.file) + "</b>";
+  std::string text = "<b>" + escaped(image.stem) + "</b>";
   if (std::isnan(image.concentration)) {
     text += "<span>nothing known</span>";
   } else {

@@ -96,10 +96,10 @@ PolarityEstimate polarity_in(const detail::CoarseView& view, bool in_colour) {
   return estimate_polarity(scores, 1, in_colour);
 }
 
-std::string note_of(const PolarityEstimate& polarity) {
+std::string note_of(const PolarityEstimate& polarity, const std::string& evidence) {
   return std::string("Ice was taken as the ") +
          (polarity.polarity == IcePolarity::Brighter ? "brighter" : "darker") +
-         " class: " + polarity.evidence +
+         " class: " + evidence +
          (polarity.confidence < kSureOfPolarity
               ? ". This is not sure; give --ice brighter or --ice darker."
               : ".");
@@ -255,7 +255,7 @@ Findings TwoClassSegmenter::findings() const {
         "No frame shows ice and water apart: the split may be shading or noise. Look at the "
         "images before you trust it.");
   } else if (ice_ == IcePolarity::Auto) {
-    findings.notes.push_back(note_of(*findings.polarity));
+    findings.notes.push_back(note_of(*findings.polarity, findings.polarity->evidence));
   }
   return findings;
 }
@@ -278,7 +278,11 @@ Findings TwoClassSegmenter::findings_of(const cv::Mat& image, const cv::Mat& val
   }
   findings.polarity = ice_ != IcePolarity::Auto ? PolarityEstimate{ice_, 1.0, "given"}
                                                 : polarity_in(view, detail::colourful(image));
-  if (ice_ == IcePolarity::Auto) findings.notes.push_back(note_of(*findings.polarity));
+  if (ice_ == IcePolarity::Auto)
+    findings.notes.push_back(
+        note_of(*findings.polarity, detail::colourful(image)
+                                        ? "the image is in visible light, where ice is brighter"
+                                        : "by the shapes of its pieces"));
   return findings;
 }
 
