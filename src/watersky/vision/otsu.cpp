@@ -2,6 +2,7 @@
 #include "watersky/vision/otsu.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <string>
@@ -22,6 +23,21 @@ void count_levels(const cv::Mat& gray, const cv::Mat& valid, std::vector<std::ui
     for (int x = 0; x < gray.cols; ++x)
       if (!shown || shown[x]) ++bins[row[x]];
   }
+}
+
+/// Neighbours are alike, and adding to the bin that was added to just now must wait for it: four
+/// histograms by turns take half the time (bench/segment).
+void count_levels(const cv::Mat& gray, std::vector<std::uint32_t>& bins) {
+  std::array<std::array<std::uint32_t, 256>, 4> turns{};
+  for (int y = 0; y < gray.rows; ++y) {
+    const unsigned char* row = gray.ptr(y);
+    int x = 0;
+    for (; x + 4 <= gray.cols; x += 4)
+      for (std::size_t i = 0; i < 4; ++i) ++turns[i][row[x + static_cast<int>(i)]];
+    for (; x < gray.cols; ++x) ++turns[0][row[x]];
+  }
+  for (const auto& turn : turns)
+    for (std::size_t i = 0; i < turn.size(); ++i) bins[i] += turn[i];
 }
 
 }  // namespace
@@ -63,7 +79,9 @@ Result<OtsuThreshold> otsu_threshold(const cv::Mat& gray, const cv::Mat& valid) 
   WATERSKY_CHECK(detail::check_image(gray, valid));
   if (gray.channels() != 1) return Error{ErrorCode::Unsupported, "image has 3 channels; give one"};
   std::vector<std::uint32_t> bins(gray.depth() == CV_8U ? 256 : kBins);
-  if (gray.depth() == CV_8U)
+  if (gray.depth() == CV_8U && valid.empty())
+    count_levels(gray, bins);
+  else if (gray.depth() == CV_8U)
     count_levels<unsigned char>(gray, valid, bins);
   else
     count_levels<unsigned short>(gray, valid, bins);

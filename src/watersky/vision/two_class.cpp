@@ -239,9 +239,14 @@ Result<cv::Mat> TwoClassSegmenter::segment(const cv::Mat& image, const cv::Mat& 
       by == By::Method ? bright(frame) : cv::Mat(gray > std::floor(*frame.flight_threshold));
   if (ice == IcePolarity::Darker) cv::bitwise_not(is_ice, is_ice);
   close_ice(is_ice, valid, evidence_.close_px);
-  cv::Mat p_of_mask(1, 256, CV_32F, cv::Scalar(evidence_.p_ice_if_water)), p_ice;
-  p_of_mask.at<float>(255) = static_cast<float>(evidence_.p_ice_if_ice);
-  cv::LUT(is_ice, p_of_mask, p_ice);
+  const auto p1 = static_cast<float>(evidence_.p_ice_if_ice);
+  const auto p2 = static_cast<float>(evidence_.p_ice_if_water);
+  cv::Mat p_ice(image.size(), CV_32F);
+  for (int y = 0; y < p_ice.rows; ++y) {
+    const unsigned char* in = is_ice.ptr(y);
+    float* out = p_ice.ptr<float>(y);
+    for (int x = 0; x < p_ice.cols; ++x) out[x] = in[x] ? p1 : p2;
+  }
   if (!valid.empty()) p_ice.setTo(kUnknown, valid == 0);
   return p_ice;
 }
