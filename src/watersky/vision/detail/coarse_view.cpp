@@ -152,12 +152,9 @@ Split split_bins(const double (&counts)[256]) {
 
 CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid) {
   CoarseView view;
-  // Averaging would spread each dead or hot pixel to a spot.
-  cv::Mat gray;
-  cv::medianBlur(frame, gray, 3);
-  const int factor = std::max(1, std::min(gray.rows, gray.cols) / kShortSide_px);
+  const int factor = std::max(1, std::min(frame.rows, frame.cols) / kShortSide_px);
   // Whole blocks only: some ten times as fast, for a few pixels less at the far edges.
-  const cv::Size size(gray.cols / factor, gray.rows / factor);
+  const cv::Size size(frame.cols / factor, frame.rows / factor);
   const cv::Rect whole(0, 0, size.width * factor, size.height * factor);
   const auto reduced = [&](const cv::Mat& image) {
     cv::Mat small;
@@ -173,11 +170,15 @@ CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid) {
       cv::GaussianBlur(image, image, cv::Size(0, 0), blur_px, blur_px, cv::BORDER_REFLECT);
   };
   if (valid.empty()) {
-    reduced(gray).convertTo(view.level, CV_32F);
+    // Blurring would spread each dead or hot pixel to a spot; reduced it is one pixel still.
+    cv::Mat clean;
+    cv::medianBlur(reduced(frame), clean, 3);
+    clean.convertTo(view.level, CV_32F);
     blur(view.level);
   } else {
     // Mean over the valid pixels only: blurred levels over blurred validity.
-    cv::Mat masked, weight;
+    cv::Mat gray, masked, weight;
+    cv::medianBlur(frame, gray, 3);
     gray.copyTo(masked, valid);
     reduced(masked).convertTo(view.level, CV_32F);
     cv::Mat shown = valid != 0;
