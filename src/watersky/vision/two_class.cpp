@@ -217,7 +217,10 @@ Result<cv::Mat> TwoClassSegmenter::segment(const cv::Mat& image, const cv::Mat& 
   const cv::Mat gray = detail::luminance(image);
   constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
   const auto unknown = [&] { return cv::Mat(image.size(), CV_32F, cv::Scalar(kUnknown)); };
-  const auto view = detail::coarse_view(gray, valid);
+  // Shapes are looked at only to find the polarity.
+  const bool by_shapes = ice_ == IcePolarity::Auto && depth_ != image.depth();
+  const auto view = detail::coarse_view(
+      gray, valid, by_shapes ? detail::Cleaned::Before : detail::Cleaned::After);
   if (view.level.empty()) return unknown();
 
   Frame frame{gray,           valid,    view.dark, view.bright,

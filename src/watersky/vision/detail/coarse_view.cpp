@@ -150,7 +150,7 @@ Split split_bins(const double (&counts)[256]) {
   return split;
 }
 
-CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid) {
+CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid, Cleaned cleaned) {
   CoarseView view;
   const int factor = std::max(1, std::min(frame.rows, frame.cols) / kShortSide_px);
   // Whole blocks only: some ten times as fast, for a few pixels less at the far edges.
@@ -170,9 +170,14 @@ CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid) {
       cv::GaussianBlur(image, image, cv::Size(0, 0), blur_px, blur_px, cv::BORDER_REFLECT);
   };
   if (valid.empty()) {
-    // Blurring would spread each dead or hot pixel to a spot; reduced it is one pixel still.
+    // Blurring would spread each dead or hot pixel to a spot.
     cv::Mat clean;
-    cv::medianBlur(reduced(frame), clean, 3);
+    if (cleaned == Cleaned::Before) {
+      cv::medianBlur(frame, clean, 3);
+      clean = reduced(clean);
+    } else {
+      cv::medianBlur(reduced(frame), clean, 3);
+    }
     clean.convertTo(view.level, CV_32F);
     blur(view.level);
   } else {
