@@ -13,9 +13,9 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-cv::Mat mask(std::vector<unsigned char> values) { return cv::Mat(values, true).reshape(1, 1); }
-cv::Mat ice(std::vector<unsigned char> values, MaskValues meaning, PondIs pond) {
-  return ice_in_mask(mask(std::move(values)), meaning, pond).value();
+cv::Mat mask(const std::vector<unsigned char>& values) { return cv::Mat(values, true).reshape(1, 1); }
+cv::Mat ice(const std::vector<unsigned char>& values, MaskValues meaning, PondIs pond) {
+  return ice_in_mask(mask(values), meaning, pond).value();
 }
 bool same(const cv::Mat& a, const cv::Mat& b) {
   return a.size() == b.size() && cv::norm(a, b, cv::NORM_INF) == 0.0;

@@ -77,10 +77,12 @@ std::string reliability_section(const MeanSegmentationScore& mean) {
   for (int i = 0; i <= 5; ++i) {
     const double p = i / 5.0;
     const std::string label = number(p, 1);
-    svg += "<path class=\"grid\" d=\"M" + x(0) + " " + y(p) + "H" + x(1) + "M" + x(p) + " " + y(0) +
-           "V" + y(1) + "\"/><text x=\"" + number(kLeft - 8, 0) + "\" y=\"" +
-           number(kTop + kSide * (1 - p) + 4, 1) + "\" text-anchor=\"end\">" + label +
-           "</text><text x=\"" + x(p) + "\" y=\"" + number(kTop + kSide + 18, 0) +
+    const std::string across = x(p), up = y(p);
+    svg += "<path class=\"grid\" d=\"M" + x(0) + " " + up + "H" + x(1);
+    svg += "M" + across + " " + y(0) + "V" + y(1) + "\"/>";
+    svg += "<text x=\"" + number(kLeft - 8, 0) + "\" y=\"" + number(kTop + kSide * (1 - p) + 4, 1) +
+           "\" text-anchor=\"end\">" + label + "</text>";
+    svg += "<text x=\"" + across + "\" y=\"" + number(kTop + kSide + 18, 0) +
            "\" text-anchor=\"middle\">" + label + "</text>";
   }
   svg += "<path d=\"M" + x(0) + " " + y(0) + "L" + x(1) + " " + y(1) +

@@ -77,10 +77,15 @@ LocalThresholds local_otsu_thresholds(const cv::Mat& gray, const cv::Mat& valid,
   const int lowest = static_cast<int>(least), highest = static_cast<int>(most);
 
   // How far the window reaches sideways in each of its rows.
-  std::vector<int> reach(static_cast<std::size_t>(2 * radius + 1), radius);
+  const int window_rows = 2 * radius + 1;
+  std::vector<int> reach(static_cast<std::size_t>(window_rows), radius);
+  const auto reach_in = [&](int dy) -> int& {
+    const int window_row = dy + radius;
+    return reach[static_cast<std::size_t>(window_row)];
+  };
   if (!window.square)
     for (int dy = -radius; dy <= radius; ++dy) {
-      int& r = reach[static_cast<std::size_t>(dy + radius)];
+      int& r = reach_in(dy);
       while (r * r + dy * dy > radius * radius) --r;
     }
   for (int row = 0; row < rows; ++row) {
@@ -94,7 +99,7 @@ LocalThresholds local_otsu_thresholds(const cv::Mat& gray, const cv::Mat& valid,
     const auto add = [&](int level) { histogram.add(level); };
     const auto remove = [&](int level) { histogram.remove(level); };
     for (int dy = top; dy <= bottom; ++dy) {
-      const int r = std::min(reach[static_cast<std::size_t>(dy + radius)], gray.cols - 1);
+      const int r = std::min(reach_in(dy), gray.cols - 1);
       for (int x = 0; x <= r; ++x) column_of(dy, x, add);
     }
     for (int x = 0;; ++x) {
@@ -105,7 +110,7 @@ LocalThresholds local_otsu_thresholds(const cv::Mat& gray, const cv::Mat& valid,
         if (x / stride_px == cols - 1) break;
       }
       for (int dy = top; dy <= bottom; ++dy) {
-        const int r = reach[static_cast<std::size_t>(dy + radius)];
+        const int r = reach_in(dy);
         column_of(dy, x - r, remove);
         column_of(dy, x + 1 + r, add);
       }
