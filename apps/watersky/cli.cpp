@@ -5,6 +5,9 @@
 
 #include <cstdio>
 #include <memory>
+#include <vector>
+
+#include "watersky/vision/segmentation.hpp"
 
 namespace watersky::cli {
 
@@ -18,6 +21,8 @@ int status_of(const Error& error) { return error.code == ErrorCode::Usage ? 2 : 
 
 int exit_status() { return g_exit_status; }
 
+void fail_in_part() { g_exit_status = 1; }
+
 CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& description,
                    std::function<VerbResult(const Common&)> body) {
   CLI::App* verb = app.add_subcommand(name, description);
@@ -25,13 +30,16 @@ CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& de
   verb->add_flag("--json", common->json, "print the result as one JSON object on standard output");
   auto* quiet = verb->add_flag("-q,--quiet", common->quiet, "print errors only");
   verb->add_flag("-v,--verbose", common->verbose, "print every frame")->excludes(quiet);
-  verb->callback([name, common, body = std::move(body)] {
+  // A verb below another one is called by both their names.
+  const std::string called = app.get_parent() ? app.get_name() + " " + name : name;
+  verb->callback([verb, called, common, body = std::move(body)] {
+    if (!verb->get_subcommands().empty()) return;
     const VerbResult result = body(*common);
     if (!result) {
       g_exit_status = status_of(result.error());
       if (isatty(STDERR_FILENO) != 0)
         std::fprintf(stderr, "\r\033[K");  // a progress bar may stand there
-      std::fprintf(stderr, "watersky %s: %s\n", name.c_str(), result.error().message.c_str());
+      std::fprintf(stderr, "watersky %s: %s\n", called.c_str(), result.error().message.c_str());
       if (common->json)
         std::printf("%s\n", nlohmann::json{{"error",
                                             {{"code", to_string(result.error().code)},
@@ -45,6 +53,18 @@ CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& de
                   result->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace).c_str());
   });
   return *verb;
+}
+
+void add_segmentation(CLI::App& verb, std::string& method, std::string& ice) {
+  std::vector<std::string> methods;
+  for (const SegmentationMethod m : segmentation_methods()) methods.emplace_back(name_of(m));
+  verb.add_option("--method", method, "how pixels are told to be ice")
+      ->check(CLI::IsMember(methods))
+      ->capture_default_str();
+  verb.add_option("--ice", ice,
+                  "ice is brighter or darker than water, or found from the images by itself")
+      ->check(CLI::IsMember({"auto", "brighter", "darker"}))
+      ->capture_default_str();
 }
 
 std::string option_name(std::string_view parameter) {

@@ -28,6 +28,9 @@ using VerbResult = Result<nlohmann::json>;
 CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& description,
                    std::function<VerbResult(const Common&)> body);
 
+/// Makes the exit status 1 although the verb has a result: a part of its input was at fault.
+void fail_in_part();
+
 /// Exit status of the verb that ran: 0 done, 1 the input or the world is at fault, 2 the call is.
 [[nodiscard]] int exit_status();
 
@@ -54,6 +57,9 @@ void add_parameters(CLI::App& app, Parameters& parameters) {
   });
 }
 
+/// --method and --ice, as every verb that segments has them.
+void add_segmentation(CLI::App& verb, std::string& method, std::string& ice);
+
 /// Refuses NaN and infinities, which parse as numbers.
 [[nodiscard]] inline CLI::Validator finite() {
   return CLI::Validator(
@@ -77,6 +83,8 @@ void say_more(const Common& common, const std::string& line);
 void warn(const Common& common, const std::string& line);
 
 void add_map(CLI::App& app);
+void add_segment(CLI::App& app);
+
 void add_simulate(CLI::App& app);
 void add_inspect(CLI::App& app);
 

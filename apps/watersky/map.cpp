@@ -17,6 +17,7 @@ namespace {
 struct Options {
   std::string flight, out, camera_file, mount, log, sea_level, ice = "auto", projection,
                                                                name_pattern, video_start;
+  std::string method{name_of(kDefaultSegmentationMethod)};
   std::optional<double> focal_px;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
   std::optional<double> delay_s;
@@ -68,9 +69,8 @@ VerbResult run(const Options& o, const Common& common) {
 
   MappingOptions options;
   options.parameters = o.parameters;
-  options.ice = o.ice == "brighter" ? IcePolarity::Brighter
-                : o.ice == "darker" ? IcePolarity::Darker
-                                    : IcePolarity::Auto;
+  WATERSKY_TRY(options.method, segmentation_method(o.method));
+  WATERSKY_TRY(options.ice, ice_polarity(o.ice));
   if (!o.projection.empty()) options.projection = o.projection;
   options.threads = threads;
 
@@ -145,9 +145,7 @@ void add_map(CLI::App& app) {
       ->capture_default_str();
   verb.add_flag("--assume-nadir", o->assume_nadir,
                 "take photographs without attitude as looking straight down");
-  verb.add_option("--ice", o->ice, "ice is brighter or darker than water, or found from the flight")
-      ->check(CLI::IsMember({"auto", "brighter", "darker"}))
-      ->capture_default_str();
+  add_segmentation(verb, o->method, o->ice);
   verb.add_option("--projection", o->projection,
                   "map projection such as EPSG:3413; chosen from the flight if not given");
   verb.add_flag("--no-align", o->no_align,

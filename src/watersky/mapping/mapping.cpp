@@ -37,6 +37,7 @@ struct PreparedFrame {
   cv::Mat evidence;  ///< CV_32F log-odds minus the prior's; NaN: not known
   CameraModel camera;
   double ice_fraction = 0.0;
+  bool known = false;  ///< whether anything in it could be told
 };
 
 /// The strongest reduction while decoding that still leaves a cell more than one pixel: then
@@ -94,7 +95,7 @@ cv::Mat displayable(const cv::Mat& image, const DisplayRange& range) {
 }
 
 /// log-odds of P(ice) minus the prior's; NaN stays NaN.
-cv::Mat to_evidence(const cv::Mat& p_ice, double prior, double& ice_fraction) {
+cv::Mat to_evidence(const cv::Mat& p_ice, double prior, double& ice_fraction, bool& any_known) {
   cv::Mat out(p_ice.size(), CV_32F);
   const auto prior_log_odds = static_cast<float>(log_odds(prior));
   // Segmenters that classify return two values only: remember the last two conversions.
@@ -118,6 +119,7 @@ cv::Mat to_evidence(const cv::Mat& p_ice, double prior, double& ice_fraction) {
       ice += p[u] > 0.5F;
     }
   }
+  any_known = known > 0;
   ice_fraction = known == 0 ? 0.0 : static_cast<double>(ice) / static_cast<double>(known);
   return out;
 }
@@ -173,11 +175,9 @@ std::string describe_mount(const Flight& flight) {
 
 class FlightMapper {
  public:
-  FlightMapper(const Flight& flight, const MappingOptions& options, const Progress& progress)
-      : flight_(flight),
-        options_(options),
-        progress_(progress),
-        segmenter_(options.parameters.otsu, options.ice) {}
+  FlightMapper(const Flight& flight, const MappingOptions& options, const Progress& progress,
+               Segmenter& segmenter)
+      : flight_(flight), options_(options), progress_(progress), segmenter_(segmenter) {}
 
   Result<MapRun> run();
 
@@ -187,13 +187,13 @@ class FlightMapper {
                                                        MapRun& run) const;
   void observe(const std::vector<PlannedFrame>& frames);
   [[nodiscard]] Result<PreparedFrame> prepare(const PlannedFrame& planned) const;
-  void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared,
-                 MapRun& run) const;
+  void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared, MapRun& run,
+                 std::size_t& untold) const;
 
   const Flight& flight_;
   const MappingOptions& options_;
   const Progress& progress_;
-  OtsuSegmenter segmenter_;
+  Segmenter& segmenter_;
   DisplayRange display_;
   /// Frames that observe() decoded and prepare() will ask for again.
   std::map<const ImageFrame*, std::pair<cv::Mat, CameraModel>> decoded_;
@@ -265,8 +265,8 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
   }
   auto& [image, camera] = loaded;
   WATERSKY_TRY(const cv::Mat p_ice, segmenter_.segment(image, cv::Mat()));
-  PreparedFrame prepared{.image = {}, .evidence = {}, .camera = camera, .ice_fraction = 0.0};
-  prepared.evidence = to_evidence(p_ice, p.map.prior, prepared.ice_fraction);
+  PreparedFrame prepared{.image = {}, .evidence = {}, .camera = camera};
+  prepared.evidence = to_evidence(p_ice, p.map.prior, prepared.ice_fraction, prepared.known);
   soften(prepared.evidence,
          p.sigma_m / planned.view.gsd_m() * camera.focal_px() / flight_.camera.focal_px());
   if (p.mosaic) prepared.image = displayable(image, display_);
@@ -274,7 +274,7 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
 }
 
 void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared,
-                             MapRun& run) const {
+                             MapRun& run, std::size_t& untold) const {
   const auto leave_out = [&](const Error& e) {
     run.left_out.push_back({planned.frame->name, e.message});
   };
@@ -282,11 +282,11 @@ void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedF
   const GridView view = planned.grid.with(prepared->camera);
   const auto touched = run.map.update(view, prepared->evidence, planned.pose.time);
   if (!touched) return leave_out(touched.error());
-  if (*touched == 0)
-    return leave_out(
-        {ErrorCode::OutOfRange,
-         "it fills no cell of the map: its footprint is smaller than a cell, or nothing "
-         "in it could be told"});
+  // A frame in fog is where it is, and belongs in the mosaic; it only says nothing of the ice.
+  untold += prepared->known ? 0 : 1;
+  if (*touched == 0 && prepared->known)
+    return leave_out({ErrorCode::OutOfRange,
+                      "it fills no cell of the map: its footprint is smaller than a cell"});
   if (!prepared->image.empty())
     if (const Status s = run.mosaic.add(view, prepared->image); !s)
       run.notes.push_back(planned.frame->name +
@@ -338,40 +338,38 @@ Result<MapRun> FlightMapper::run() {
   observe(planned);
   const std::size_t window = static_cast<std::size_t>(std::max(1, options_.threads));
   std::deque<std::future<Result<PreparedFrame>>> ahead;
-  std::size_t next = 0;
+  std::size_t next = 0, untold = 0;
   for (std::size_t i = 0; i < planned.size(); ++i) {
     report(progress_, "mapping", i, planned.size());
     if (window == 1) {
-      integrate(planned[i], prepare(planned[i]), run);
+      integrate(planned[i], prepare(planned[i]), run, untold);
       continue;
     }
     for (; next < planned.size() && next < i + window; ++next)
       ahead.push_back(std::async(std::launch::async,
                                  [this, &planned, next] { return prepare(planned[next]); }));
-    integrate(planned[i], ahead.front().get(), run);
+    integrate(planned[i], ahead.front().get(), run, untold);
     ahead.pop_front();
   }
   report(progress_, "mapping", planned.size(), planned.size());
   if (run.used.empty()) return none(run.left_out);
+  if (untold == run.used.size())
+    return Error{ErrorCode::OutOfRange,
+                 "in none of " + std::to_string(untold) +
+                     " frames could ice be told from water: they show no contrast that could be "
+                     "either"};
+  if (untold > 0)
+    run.notes.push_back(std::to_string(untold) +
+                        " frames show nothing that could be told to be ice or water, as in fog; "
+                        "they are in the mosaic and add nothing to the map.");
 
-  const PolarityEstimate polarity = segmenter_.polarity();
-  run.ice = polarity.polarity;
+  const Findings found = segmenter_.findings();
+  run.ice = found.polarity ? found.polarity->polarity : IcePolarity::Auto;
   if (flight_.readout_s > 0)
     run.notes.emplace_back(
         "The shutter rolls (readout_s), and this version maps each frame with the pose of its "
         "middle row.");
-  if (!segmenter_.classes().two_classes || segmenter_.classes().two_class_frames == 0) {
-    run.notes.emplace_back(
-        "No frame shows ice and water apart: the map's split may be shading or noise. Look at the "
-        "mosaic before you trust it.");
-  } else if (options_.ice == IcePolarity::Auto) {
-    run.notes.push_back(std::string("Ice was taken as the ") +
-                        (run.ice == IcePolarity::Brighter ? "brighter" : "darker") +
-                        " class: " + polarity.evidence +
-                        (polarity.confidence < kSureOfPolarity
-                             ? ". This is not sure; give --ice brighter or --ice darker."
-                             : "."));
-  }
+  run.notes.insert(run.notes.end(), found.notes.begin(), found.notes.end());
   const auto cut = std::count_if(run.used.begin(), run.used.end(),
                                  [](const UsedFrame& u) { return u.cut_by_grazing_limit; });
   if (cut > 0) {
@@ -391,7 +389,9 @@ Result<MapRun> FlightMapper::run() {
 Result<MapRun> map_flight(const Flight& flight, const MappingOptions& options,
                           const Progress& progress) {
   WATERSKY_CHECK(validate(options.parameters));
-  return FlightMapper(flight, options, progress).run();
+  WATERSKY_TRY(const auto segmenter,
+               make_segmenter(options.method, options.parameters.segmentation, options.ice));
+  return FlightMapper(flight, options, progress, *segmenter).run();
 }
 
 }  // namespace watersky

@@ -11,7 +11,7 @@
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/map/ice_map.hpp"
 #include "watersky/map/mosaic.hpp"
-#include "watersky/vision/otsu.hpp"
+#include "watersky/vision/segmentation.hpp"
 
 namespace watersky {
 
@@ -36,7 +36,7 @@ struct MapReference {
 
 struct MappingParameters {
   MapParameters map;
-  OtsuParameters otsu;
+  SegmentationParameters segmentation;
   double sigma_m = 0.0;
   double min_grazing_deg = 10.0;
   double max_pose_gap_s = 0.5;
@@ -44,7 +44,7 @@ struct MappingParameters {
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     MapParameters::describe(self.map, visit);
-    OtsuParameters::describe(self.otsu, visit);
+    SegmentationParameters::describe(self.segmentation, visit);
     visit(self.sigma_m,
           ParameterInfo{"sigma_m", "m",
                         "Gaussian softening on the sea for where the pose may be wrong", 0, 1000});
@@ -60,6 +60,7 @@ struct MappingParameters {
 
 struct MappingOptions {
   MappingParameters parameters;
+  SegmentationMethod method = kDefaultSegmentationMethod;
   IcePolarity ice = IcePolarity::Auto;
   std::optional<std::string> projection;  ///< nullopt: chosen from the flight
   int threads = 1;
@@ -87,7 +88,7 @@ struct MapRun {
   std::size_t frames_total = 0;
   std::vector<std::string> notes{};  ///< what was assumed, chosen or noticed, one sentence each
   MappingOptions options;
-  IcePolarity ice = IcePolarity::Brighter;  ///< given, or found
+  IcePolarity ice = IcePolarity::Brighter;  ///< given, or found; Auto: the method needs none
   std::string calibration;                  ///< where the intrinsics come from
   std::string mount;                        ///< how the camera sits
   std::string sea_level;                    ///< how the sea level was given

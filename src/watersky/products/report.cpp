@@ -278,8 +278,10 @@ std::string making_section(const Products& products) {
       "<section><h2>How it was made</h2><div class=\"scroll\"><table class=\"facts\"><tbody>" +
       row("Sea level", products.sea_level) + row("Calibration", products.calibration) +
       row("Mount", products.mount) +
-      row("Ice is",
-          products.ice == IcePolarity::Darker ? "darker than water" : "brighter than water") +
+      row("Segmentation", std::string(name_of(products.options.method))) +
+      row("Ice is", products.ice == IcePolarity::Darker     ? "darker than water"
+                    : products.ice == IcePolarity::Brighter ? "brighter than water"
+                                                            : "") +
       row("Projection", products.projection.name() + " on WGS-84") +
       row("Programs", "Watersky " + versions.watersky + ", OpenCV " + versions.opencv + ", GDAL " +
                           versions.gdal + ", PROJ " + versions.proj) +

@@ -33,15 +33,6 @@ json time_or_null(double seconds_utc, bool is_utc) {
   return text;
 }
 
-std::string_view name_of(IcePolarity ice) {
-  switch (ice) {
-    case IcePolarity::Auto: return "auto";
-    case IcePolarity::Brighter: return "brighter";
-    case IcePolarity::Darker: return "darker";
-  }
-  return "auto";
-}
-
 json extent(const Products& products) {
   const cv::Mat& p = products.rasters.probability;
   const Eigen::Vector2d north_west = products.easting_northing_m({-0.5, -0.5});
@@ -124,6 +115,7 @@ json run_json(const Products& products) {
        {{"mapping", described(products.options.parameters)},
         {"objects", described(products.object_parameters)}}},
       {"threads", products.options.threads},
+      {"segmentation", name_of(products.options.method)},
       {"ice", {{"asked", name_of(products.options.ice)}, {"used", name_of(products.ice)}}},
       {"sea_level", text_or_null(products.sea_level)},
       {"calibration", text_or_null(products.calibration)},

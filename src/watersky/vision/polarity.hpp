@@ -12,9 +12,11 @@
 #include <string>
 #include <vector>
 
-#include "watersky/vision/segmenter.hpp"
-
 namespace watersky {
+
+/// Whether ice is brighter or darker than water in the images at hand. Thermal images show
+/// either, by season and hour; Auto finds out from the images.
+enum class IcePolarity { Auto, Brighter, Darker };
 
 /// What was found, how sure, and why.
 struct PolarityEstimate {

@@ -2,14 +2,21 @@
 #pragma once
 /// From pixels to P(ice): the interface that every segmentation method keeps.
 #include <opencv2/core/mat.hpp>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "watersky/base/result.hpp"
+#include "watersky/vision/polarity.hpp"
 
 namespace watersky {
 
-/// Whether ice is brighter or darker than water in the images at hand. Thermal images show
-/// either, by season and hour; Auto finds out from the flight.
-enum class IcePolarity { Auto, Brighter, Darker };
+/// What a method has to say about what it was shown, for reports.
+struct Findings {
+  /// What ice was taken for; nullopt: the method has no use for it.
+  std::optional<PolarityEstimate> polarity;
+  std::vector<std::string> notes;  ///< what to know before trusting the result, a sentence each
+};
 
 /// Turns images of one flight into probabilities.
 ///
@@ -30,6 +37,14 @@ class Segmenter {
   /// the method does not take.
   [[nodiscard]] virtual Result<cv::Mat> segment(const cv::Mat& image,
                                                 const cv::Mat& valid) const = 0;
+
+  /// About the flight, after observe().
+  [[nodiscard]] virtual Findings findings() const { return {}; }
+  /// About one image, as segment() sees it. An image that segment() refuses has none.
+  [[nodiscard]] virtual Findings findings_of(const cv::Mat& image, const cv::Mat& valid) const {
+    static_cast<void>(image), static_cast<void>(valid);
+    return {};
+  }
 
  protected:
   Segmenter() = default;

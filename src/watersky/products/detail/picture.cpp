@@ -59,6 +59,10 @@ Result<std::string> png_data_uri(const cv::Mat& index, Ramp ramp) {
 
 Result<std::string> mask_data_uri(const cv::Mat& mask) { return png(mask, nullptr); }
 
+std::string jpeg_data_uri(const std::string& jpeg) {
+  return data_uri("image/jpeg", jpeg.data(), jpeg.size());
+}
+
 Result<std::string> jpeg_data_uri(const cv::Mat& bgra) {
   cv::Mat bgr;
   cv::cvtColor(bgra, bgr, cv::COLOR_BGRA2BGR);

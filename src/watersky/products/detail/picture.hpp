@@ -16,6 +16,9 @@ namespace watersky::detail {
 /// A grey picture, for SVG masks: 0 and 255.
 [[nodiscard]] Result<std::string> mask_data_uri(const cv::Mat& mask);
 
+/// A JPEG that is made already.
+[[nodiscard]] std::string jpeg_data_uri(const std::string& jpeg);
+
 /// JPEG, quality 82; the fourth channel is dropped.
 [[nodiscard]] Result<std::string> jpeg_data_uri(const cv::Mat& bgra);
 

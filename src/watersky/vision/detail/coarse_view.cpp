@@ -8,6 +8,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "watersky/base/contract.hpp"
+
 namespace watersky::detail {
 namespace {
 
@@ -29,50 +31,73 @@ constexpr double kCoherence = 0.15;
 constexpr int kStepReach_px = 3;
 constexpr int kLag_px = 4;
 
+/// Counts over pairs of pixels of one frame.
+struct Pairs {
+  long all = 0;      ///< kLag_px apart
+  long agree = 0;    ///< of those, of one class
+  long borders = 0;  ///< between neighbours of two classes
+  double steps =
+      0.0;  ///< change of level across those, from kStepReach_px before to kLag_px behind
+};
+
+/// Pairs (x, x + lag) along a line of pixels; the line lies in memory `stride` apart. `shown` may
+/// be null. Plain loops over bytes, so that the compiler makes vectors of them (bench/segment).
+void count_pairs(const float* level, const unsigned char* bright, const unsigned char* shown,
+                 std::ptrdiff_t stride, int from, int to, Pairs& pairs) {
+  const unsigned char* next = bright + stride;
+  const unsigned char* far = bright + kLag_px * stride;
+  const std::ptrdiff_t before = -kStepReach_px * stride, behind = kLag_px * stride;
+  if (shown) {
+    for (int x = from; x < to; ++x) {
+      if (!shown[x + before] || !shown[x] || !shown[x + behind]) continue;
+      ++pairs.all;
+      pairs.agree += bright[x] == far[x];
+      if (bright[x] == next[x]) continue;
+      ++pairs.borders;
+      pairs.steps += static_cast<double>(std::abs(level[x + behind] - level[x + before]));
+    }
+    return;
+  }
+  int agree = 0, borders = 0;
+  for (int x = from; x < to; ++x) {
+    agree += bright[x] == far[x];
+    borders += bright[x] != next[x];
+  }
+  pairs.all += to - from;
+  pairs.agree += agree;
+  pairs.borders += borders;
+  if (borders == 0) return;
+  for (int x = from; x < to; ++x)
+    if (bright[x] != next[x])
+      pairs.steps += static_cast<double>(std::abs(level[x + behind] - level[x + before]));
+}
+
 /// Whether Otsu's classes have edges between them and hold together: one walk along rows and
 /// columns, over pairs of neighbours (edges) and of pixels kLag_px apart (coherence).
 bool has_two_classes(const CoarseView& view) {
   const double f = view.bright_fraction, contrast = view.bright - view.dark;
   const int rows = view.level.rows, cols = view.level.cols;
   if (std::min(rows, cols) <= 2 * kLag_px || contrast <= 0.0) return false;
-  const auto threshold = static_cast<float>(view.threshold);
-  long pairs = 0, agree = 0, edges = 0;
-  double steps = 0.0;
-  for (int y = 0; y < rows; ++y) {
-    const float* here = view.level.ptr<float>(y);
+  const cv::Mat bright = view.level > view.threshold;
+  // Made here, so without gaps between rows: all three march alike.
+  WATERSKY_REQUIRE(view.level.isContinuous() && bright.isContinuous() &&
+                   (view.valid.empty() || view.valid.isContinuous()));
+  const std::ptrdiff_t stride = cols;
+  Pairs pairs;
+  // Every other row: what is asked for is a mean over tens of thousands of pairs.
+  const int step = rows >= kShortSide_px ? 2 : 1;
+  for (int y = 0; y < rows; y += step) {
+    const float* level = view.level.ptr<float>(y);
     const unsigned char* shown = view.valid.empty() ? nullptr : view.valid.ptr(y);
-    const bool down = y >= kStepReach_px && y + kLag_px < rows;
-    const float* above = down ? view.level.ptr<float>(y - kStepReach_px) : nullptr;
-    const float* next = down ? view.level.ptr<float>(y + 1) : nullptr;
-    const float* below = down ? view.level.ptr<float>(y + kLag_px) : nullptr;
-    const unsigned char* shown_above = down && shown ? view.valid.ptr(y - kStepReach_px) : nullptr;
-    const unsigned char* shown_below = down && shown ? view.valid.ptr(y + kLag_px) : nullptr;
-    for (int x = kStepReach_px; x + kLag_px < cols; ++x) {
-      const bool bright = here[x] > threshold;
-      const bool across = !shown || (shown[x - kStepReach_px] && shown[x] && shown[x + kLag_px]);
-      if (across) {
-        ++pairs;
-        agree += bright == (here[x + kLag_px] > threshold);
-        if (bright != (here[x + 1] > threshold)) {
-          ++edges;
-          steps += std::abs(here[x + kLag_px] - here[x - kStepReach_px]);
-        }
-      }
-      if (down && (!shown || (shown_above[x] && shown[x] && shown_below[x]))) {
-        ++pairs;
-        agree += bright == (below[x] > threshold);
-        if (bright != (next[x] > threshold)) {
-          ++edges;
-          steps += std::abs(below[x] - above[x]);
-        }
-      }
-    }
+    count_pairs(level, bright.ptr(y), shown, 1, kStepReach_px, cols - kLag_px, pairs);
+    if (y >= kStepReach_px && y + kLag_px < rows)
+      count_pairs(level, bright.ptr(y), shown, stride, kStepReach_px, cols - kLag_px, pairs);
   }
-  if (pairs == 0 || edges == 0) return false;
+  if (pairs.all == 0 || pairs.borders == 0) return false;
   const double chance = f * f + (1.0 - f) * (1.0 - f);
-  const double alike = static_cast<double>(agree) / static_cast<double>(pairs);
+  const double alike = static_cast<double>(pairs.agree) / static_cast<double>(pairs.all);
   return (alike - chance) / (1.0 - chance) >= kCoherence &&
-         steps / static_cast<double>(edges) >= kStep * contrast;
+         pairs.steps / static_cast<double>(pairs.borders) >= kStep * contrast;
 }
 
 }  // namespace
@@ -125,14 +150,11 @@ Split split_bins(const double (&counts)[256]) {
   return split;
 }
 
-CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid) {
+CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid, Cleaned cleaned) {
   CoarseView view;
-  // Averaging would spread each dead or hot pixel to a spot.
-  cv::Mat gray;
-  cv::medianBlur(frame, gray, 3);
-  const int factor = std::max(1, std::min(gray.rows, gray.cols) / kShortSide_px);
+  const int factor = std::max(1, std::min(frame.rows, frame.cols) / kShortSide_px);
   // Whole blocks only: some ten times as fast, for a few pixels less at the far edges.
-  const cv::Size size(gray.cols / factor, gray.rows / factor);
+  const cv::Size size(frame.cols / factor, frame.rows / factor);
   const cv::Rect whole(0, 0, size.width * factor, size.height * factor);
   const auto reduced = [&](const cv::Mat& image) {
     cv::Mat small;
@@ -148,11 +170,20 @@ CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid) {
       cv::GaussianBlur(image, image, cv::Size(0, 0), blur_px, blur_px, cv::BORDER_REFLECT);
   };
   if (valid.empty()) {
-    reduced(gray).convertTo(view.level, CV_32F);
+    // Blurring would spread each dead or hot pixel to a spot.
+    cv::Mat clean;
+    if (cleaned == Cleaned::Before) {
+      cv::medianBlur(frame, clean, 3);
+      clean = reduced(clean);
+    } else {
+      cv::medianBlur(reduced(frame), clean, 3);
+    }
+    clean.convertTo(view.level, CV_32F);
     blur(view.level);
   } else {
     // Mean over the valid pixels only: blurred levels over blurred validity.
-    cv::Mat masked, weight;
+    cv::Mat gray, masked, weight;
+    cv::medianBlur(frame, gray, 3);
     gray.copyTo(masked, valid);
     reduced(masked).convertTo(view.level, CV_32F);
     cv::Mat shown = valid != 0;
@@ -183,7 +214,7 @@ CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid) {
     const unsigned char* shown = view.valid.empty() ? nullptr : view.valid.ptr(y);
     for (int x = 0; x < view.level.cols; ++x) {
       if (shown && !shown[x]) continue;
-      ++fine[static_cast<std::size_t>((row[x] - origin) * fine_per_level)];
+      ++fine[static_cast<std::size_t>(static_cast<int>((row[x] - origin) * fine_per_level))];
       ++shown_px;
     }
   }
