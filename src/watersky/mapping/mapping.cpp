@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "watersky/geo/rotation.hpp"
+#include "watersky/vision/duplicates.hpp"
 
 namespace watersky {
 
@@ -37,6 +38,7 @@ struct PreparedFrame {
   cv::Mat evidence;  ///< CV_32F log-odds minus the prior's; NaN: not known
   CameraModel camera;
   double ice_fraction = 0.0;
+  std::optional<FrameSample> sample;  ///< to tell duplicates by
 };
 
 /// The strongest reduction while decoding that still leaves a cell more than one pixel: then
@@ -187,14 +189,15 @@ class FlightMapper {
                                                        MapRun& run) const;
   void observe(const std::vector<PlannedFrame>& frames);
   [[nodiscard]] Result<PreparedFrame> prepare(const PlannedFrame& planned) const;
-  void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared,
-                 MapRun& run) const;
+  void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared, MapRun& run);
 
   const Flight& flight_;
   const MappingOptions& options_;
   const Progress& progress_;
   OtsuSegmenter segmenter_;
   DisplayRange display_;
+  DuplicateFilter duplicates_;
+  const ImageFrame* kept_ = nullptr;  ///< the last frame that was no duplicate
   /// Frames that observe() decoded and prepare() will ask for again.
   std::map<const ImageFrame*, std::pair<cv::Mat, CameraModel>> decoded_;
 };
@@ -265,7 +268,10 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
   }
   auto& [image, camera] = loaded;
   WATERSKY_TRY(const cv::Mat p_ice, segmenter_.segment(image, cv::Mat()));
-  PreparedFrame prepared{.image = {}, .evidence = {}, .camera = camera, .ice_fraction = 0.0};
+  PreparedFrame prepared{
+      .image = {}, .evidence = {}, .camera = camera, .ice_fraction = 0.0, .sample = {}};
+  if (p.skip_duplicates)
+    if (auto sample = FrameSample::of(image)) prepared.sample = *std::move(sample);
   prepared.evidence = to_evidence(p_ice, p.map.prior, prepared.ice_fraction);
   soften(prepared.evidence,
          p.sigma_m / planned.view.gsd_m() * camera.focal_px() / flight_.camera.focal_px());
@@ -274,11 +280,22 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
 }
 
 void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared,
-                             MapRun& run) const {
+                             MapRun& run) {
   const auto leave_out = [&](const Error& e) {
     run.left_out.push_back({planned.frame->name, e.message});
   };
   if (!prepared) return leave_out(prepared.error());
+  // Here and not while preparing: which frame was kept last must not depend on threads.
+  if (prepared->sample) {
+    const auto difference = duplicates_.judge(*prepared->sample);
+    if (difference && difference->duplicate) {
+      char text[120];
+      std::snprintf(text, sizeof text, " (Hellinger distance %.4f, rms difference %.3g levels)",
+                    difference->hellinger, difference->rms);
+      return leave_out({ErrorCode::InvalidInput, "it repeats the pixels of " + kept_->name + text});
+    }
+    kept_ = planned.frame;
+  }
   const GridView view = planned.grid.with(prepared->camera);
   const auto touched = run.map.update(view, prepared->evidence, planned.pose.time);
   if (!touched) return leave_out(touched.error());

@@ -41,6 +41,7 @@ struct MappingParameters {
   double min_grazing_deg = 10.0;
   double max_pose_gap_s = 0.5;
   bool mosaic = true;
+  bool skip_duplicates = true;
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     MapParameters::describe(self.map, visit);
@@ -55,6 +56,9 @@ struct MappingParameters {
                         3600});
     visit(self.mosaic,
           ParameterInfo{"mosaic", "1", "lay the pictures themselves onto the sea as well"});
+    visit(self.skip_duplicates,
+          ParameterInfo{"skip_duplicates", "1",
+                        "leave out frames that repeat the pixels of the one before"});
   }
 };
 
