@@ -80,7 +80,7 @@ double median(std::vector<double> values) {
 double flight_threshold(const FlightClasses& flight, const detail::CoarseView& view) {
   const double contrast = flight.bright - flight.dark;
   const double middle = 0.5 * (flight.bright + flight.dark);
-  if (!flight.two_classes) return middle;
+  if (!flight.two_classes || view.level.empty()) return middle;
   const double own_contrast = view.bright - view.dark;
   const double own_middle = 0.5 * (view.bright + view.dark);
   const double most_drift = std::max(3.0 * flight.drift_sigma, 0.5 * contrast);

@@ -42,7 +42,8 @@ double median(std::vector<float> values) {
 /// One sigma of a high-passed frame's noise by its median magnitude: edges and defects are few.
 double noise_of(const cv::Mat& high) {
   std::vector<float> magnitude;
-  const int step = std::max(1, static_cast<int>(std::sqrt(static_cast<double>(high.total()) / 2e4)));
+  const int step =
+      std::max(1, static_cast<int>(std::sqrt(static_cast<double>(high.total()) / 2e4)));
   magnitude.reserve(high.total() / static_cast<std::size_t>(step * step) + 1);
   for (int y = 0; y < high.rows; y += step)
     for (int x = 0; x < high.cols; x += step) magnitude.push_back(std::abs(high.at<float>(y, x)));
@@ -94,9 +95,9 @@ cv::Mat stripes(const cv::Mat& steps) {
   cv::Mat stripe(1, n, CV_32F);
   for (int x = 0; x < n; ++x) {
     const int reach = std::min({kStripeReach_px / 2, x, n - 1 - x});
-    const double slow = (sum[static_cast<std::size_t>(x + reach + 1)] -
-                         sum[static_cast<std::size_t>(x - reach)]) /
-                        (2 * reach + 1);
+    const double slow =
+        (sum[static_cast<std::size_t>(x + reach + 1)] - sum[static_cast<std::size_t>(x - reach)]) /
+        (2 * reach + 1);
     stripe.at<float>(x) = static_cast<float>(level[static_cast<std::size_t>(x)] - slow);
   }
   return stripe;

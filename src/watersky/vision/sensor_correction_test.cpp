@@ -28,9 +28,9 @@ struct Camera {
   int depth = CV_16U;
   double water = 7000.0, contrast = 60.0;
   double noise = 4.0;
-  double column = 0.0, pixel = 0.0;  ///< one sigma
-  double corners = 0.0;              ///< counts that the corners have more
-  double corner_light = 1.0;         ///< share of the middle's light
+  double column = 0.0, pixel = 0.0;                   ///< one sigma
+  double corners = 0.0;                               ///< counts that the corners have more
+  double corner_light = 1.0;                          ///< share of the middle's light
   std::vector<std::pair<cv::Point, double>> stuck{};  ///< at this level
 
   [[nodiscard]] cv::Mat pattern() const {
@@ -45,8 +45,8 @@ struct Camera {
     const double cx = 0.5 * (kSize.width - 1), cy = 0.5 * (kSize.height - 1);
     for (int y = 0; y < kSize.height; ++y)
       for (int x = 0; x < kSize.width; ++x)
-        map.at<float>(y, x) = static_cast<float>(((x - cx) * (x - cx) + (y - cy) * (y - cy)) /
-                                                 (cx * cx + cy * cy));
+        map.at<float>(y, x) =
+            static_cast<float>(((x - cx) * (x - cx) + (y - cy) * (y - cy)) / (cx * cx + cy * cy));
     return map;
   }
   /// What a faultless one would see, without noise.
@@ -110,7 +110,8 @@ TEST(SensorCorrection, TakesThePatternOutAndLeavesTheSea) {
   EXPECT_TRUE(found.corrects_pattern);
   EXPECT_NEAR(found.column_rms, 3.0, 0.6);
   EXPECT_NEAR(found.pixel_rms, 3.0, 0.6);
-  const double before = error_rms(camera, sea, nullptr), after = error_rms(camera, sea, &correction);
+  const double before = error_rms(camera, sea, nullptr),
+               after = error_rms(camera, sea, &correction);
   EXPECT_NEAR(before, std::sqrt(18.0), 0.4);
   EXPECT_LT(after, 0.4 * before);
   RecordProperty("before", std::to_string(before));
@@ -214,8 +215,8 @@ TEST(SensorCorrection, TakesNoIceEdgeForVignetting) {
 TEST(SensorCorrection, ReplacesDefectsAndKeepsSmallFloes) {
   cv::Mat sea = floes(9);
   Camera camera;
-  camera.stuck = {{{40, 50}, 7900}, {{41, 50}, 6000}, {{200, 100}, 0}, {{10, 10}, 65535},
-                  {{0, 20}, 9000}};
+  camera.stuck = {
+      {{40, 50}, 7900}, {{41, 50}, 6000}, {{200, 100}, 0}, {{10, 10}, 65535}, {{0, 20}, 9000}};
   const SensorCorrection correction = shown(camera, sea, 16, 117);
   EXPECT_THAT(correction.findings().defects,
               testing::IsSupersetOf({cv::Point(200, 100), cv::Point(10, 10), cv::Point(0, 20),
@@ -236,8 +237,7 @@ TEST(FindDefectivePixels, LeavesPointsThatALensMade) {
     }
   for (const cv::Point& p : floe) sea.at<float>(p) += 600.0F;  // one pixel large
   cv::GaussianBlur(sea, sea, {}, 0.6);
-  for (const cv::Point& p : defect)
-    sea.at<float>(p) += rng.uniform(0, 2) ? 90.0F : -90.0F;
+  for (const cv::Point& p : defect) sea.at<float>(p) += rng.uniform(0, 2) ? 90.0F : -90.0F;
   cv::Mat noise(kSize, CV_32F), image;
   rng.fill(noise, cv::RNG::NORMAL, 0.0, 4.0);
   cv::Mat(sea + noise).convertTo(image, CV_16U);
