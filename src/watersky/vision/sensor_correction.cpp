@@ -199,12 +199,8 @@ void SensorCorrection::observe(const cv::Mat& image, const cv::Mat& valid) {
   }
   if (image.type() != type_ || image.size() != size_) return;
   Half& half = halves_[findings_.frames % 2];
-  cv::Mat gray = image;
-  if (image.channels() == 3)
-    cv::cvtColor(image, gray, cv::COLOR_BGR2GRAY);
-  else
-    gray = observe_pattern(gray, valid, half);  // without its defects
-  observe_coarse(gray, valid, half);
+  // Defects would look like a sea that stands still.
+  observe_coarse(image.channels() == 1 ? observe_pattern(image, valid, half) : image, valid, half);
   ++half.frames;
   ++findings_.frames;
 }
@@ -239,14 +235,17 @@ cv::Mat SensorCorrection::observe_pattern(const cv::Mat& gray, const cv::Mat& va
   return smooth;
 }
 
-void SensorCorrection::observe_coarse(const cv::Mat& gray, const cv::Mat& valid, Half& half) {
-  const double scale =
-      std::min(1.0, static_cast<double>(kCoarseShortSide) / std::min(gray.cols, gray.rows));
-  const cv::Size size(cvRound(gray.cols * scale), cvRound(gray.rows * scale));
+void SensorCorrection::observe_coarse(const cv::Mat& image, const cv::Mat& valid, Half& half) {
+  // Whole blocks only: some ten times as fast, for a few pixels less at the far edges.
+  const int factor = std::max(1, std::min(image.cols, image.rows) / kCoarseShortSide);
+  const double scale = 1.0 / factor;
+  const cv::Size size(image.cols / factor, image.rows / factor);
+  const cv::Rect whole(0, 0, size.width * factor, size.height * factor);
   cv::Mat small, levels, shown;
-  cv::resize(gray, small, size, 0, 0, cv::INTER_AREA);
+  cv::resize(image(whole), small, size, 0, 0, cv::INTER_AREA);
+  if (small.channels() == 3) cv::cvtColor(small, small, cv::COLOR_BGR2GRAY);
   small.convertTo(levels, CV_32F);
-  if (!valid.empty()) cv::resize(valid, shown, size, 0, 0, cv::INTER_NEAREST);
+  if (!valid.empty()) cv::resize(valid(whole), shown, size, 0, 0, cv::INTER_NEAREST);
 
   // Does the sea move? Rows and columns have no say: they may be the pattern's, and vignetting is
   // a sum of the two.
@@ -267,15 +266,15 @@ void SensorCorrection::observe_coarse(const cv::Mat& gray, const cv::Mat& valid,
 
   // Slopes away from the middle, in ρ. The scene's edges lie either way and are few: the median
   // over a ring sees through them, which a mean would not.
-  const bool relative = gray.depth() == CV_8U;
+  const bool relative = image.depth() == CV_8U;
   const auto usable = [&](int y, int x) {
     const float level = levels.at<float>(y, x);
     return (shown.empty() || shown.at<uchar>(y, x)) && (!relative || (level > 4 && level < 250));
   };
   cv::Mat value = levels;
   if (relative) cv::log(cv::max(levels, 1.0), value);
-  const double cx = 0.5 * (size.width - 1), cy = 0.5 * (size.height - 1);
-  const double half_diagonal = 0.5 * std::hypot(size.width, size.height);
+  const double cx = 0.5 * image.cols / factor - 0.5, cy = 0.5 * image.rows / factor - 0.5;
+  const double half_diagonal = 0.5 * std::hypot(image.cols, image.rows) / factor;
   for (int y = 1; y + 1 < size.height; ++y)
     for (int x = 1; x + 1 < size.width; ++x) {
       const double dx = x - cx, dy = y - cy, r = std::hypot(dx, dy);

@@ -76,7 +76,7 @@ class SensorCorrection {
 
   /// Gives back the frame without its finest detail.
   cv::Mat observe_pattern(const cv::Mat& gray, const cv::Mat& valid, Half& half);
-  void observe_coarse(const cv::Mat& gray, const cv::Mat& valid, Half& half);
+  void observe_coarse(const cv::Mat& image, const cv::Mat& valid, Half& half);
   void learn_defects();
   void learn_pattern();
   void learn_vignetting();

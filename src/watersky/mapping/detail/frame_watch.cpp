@@ -11,6 +11,7 @@
 namespace watersky::detail {
 namespace {
 
+constexpr int kReduction = 8;
 constexpr int kColumns = 24, kRows = 18;
 /// Fewer places tell nothing.
 constexpr int kLeastPlaces = 40;
@@ -37,7 +38,9 @@ double quantile(std::vector<float>& values, double q) {
 
 cv::Mat reduced_levels(const cv::Mat& image) {
   cv::Mat small, gray, level;
-  cv::resize(image, small, {std::max(1, image.cols / 8), std::max(1, image.rows / 8)}, 0, 0,
+  const cv::Size size(image.cols / kReduction, image.rows / kReduction);
+  if (size.empty()) return {};
+  cv::resize(image({0, 0, size.width * kReduction, size.height * kReduction}), small, size, 0, 0,
              cv::INTER_AREA);
   if (small.channels() == 3)
     cv::cvtColor(small, gray, cv::COLOR_BGR2GRAY);
@@ -116,9 +119,8 @@ std::optional<std::string> FrameWatch::judge(const std::string& file, Time time,
     kept_time_ = still_until_ = time;
   }
   if (seen.level.empty()) return std::nullopt;
-  const auto event = level_event(
-      {file, time, seen.level, grid.with(camera.scaled_to(seen.level.cols, seen.level.rows))},
-      seen.depth);
+  const auto event =
+      level_event({file, time, seen.level, grid.with(camera.reduced_by(kReduction))}, seen.depth);
   if (!event) return std::nullopt;
   events_.push_back(*event);
   if (event->kind != SensorEvent::Kind::Shutter) return std::nullopt;

@@ -22,7 +22,8 @@ struct LevelView {
   GridView view;  ///< with the camera of `level`
 };
 
-/// The levels of an 8 or 16 bit image of 1 or 3 channels, at about an eighth of its size.
+/// The levels of an 8 or 16 bit image of 1 or 3 channels, at an eighth of its size; empty for one
+/// smaller than that.
 [[nodiscard]] cv::Mat reduced_levels(const cv::Mat& image);
 
 /// How the levels of one frame became those of another at the places that both see.
