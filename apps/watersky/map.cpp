@@ -5,10 +5,14 @@
 
 #include "cli.hpp"
 #include "watersky/geodesy/projection.hpp"
+#include "watersky/io/files.hpp"
+#include "watersky/io/image_file.hpp"
+#include "watersky/io/polygons.hpp"
 #include "watersky/io/read_flight.hpp"
 #include "watersky/mapping/mapping.hpp"
 #include "watersky/products/products.hpp"
 #include "watersky/products/run_json.hpp"
+#include "watersky/vision/mask.hpp"
 
 namespace watersky::cli {
 
@@ -20,6 +24,7 @@ struct Options {
   std::string method{name_of(kDefaultSegmentationMethod)};
   std::optional<double> focal_px;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
+  std::vector<std::string> masks;
   std::optional<double> delay_s;
   std::optional<double> camera_utc_offset_h;
   bool assume_nadir = false;
@@ -51,6 +56,29 @@ Result<ReadOptions> read_options(const Options& o) {
   return read;
 }
 
+/// Images are masks of the camera's picture, other files polygons of the world.
+Status read_masks(const Options& o, MappingOptions& options) {
+  for (const std::string& file : o.masks) {
+    if (is_polygon_file(file)) {
+      WATERSKY_TRY(const auto polygons, read_polygons(file));
+      options.excluded.insert(options.excluded.end(), polygons.begin(), polygons.end());
+      continue;
+    }
+    if (!is_image_file(file))
+      return Error{ErrorCode::Usage, "--mask: " + file +
+                                         ": give an image of the camera's size (PNG), or polygons "
+                                         "(GeoJSON)"};
+    WATERSKY_TRY(const auto bytes, read_bytes(file));
+    WATERSKY_TRY(const cv::Mat image, decode_image(bytes, {}, file));
+    auto valid = valid_from_mask(image, image.size());
+    if (!valid) return valid.error().at(file);
+    if (!options.camera_mask.empty() && options.camera_mask.size() != valid->size())
+      return Error{ErrorCode::InvalidInput, file + ": is not of the size of the mask before it"};
+    options.camera_mask = both_valid(options.camera_mask, *valid);
+  }
+  return {};
+}
+
 VerbResult run(const Options& o, const Common& common) {
   WATERSKY_CHECK(validate(o.parameters));
   const int cores = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
@@ -73,6 +101,7 @@ VerbResult run(const Options& o, const Common& common) {
   WATERSKY_TRY(options.ice, ice_polarity(o.ice));
   if (!o.projection.empty()) options.projection = o.projection;
   options.threads = threads;
+  WATERSKY_CHECK(read_masks(o, options));
 
   auto run = map_flight(flight, options, progress);
   if (!run) return run.error().at(o.flight);
@@ -148,6 +177,10 @@ void add_map(CLI::App& app) {
   add_segmentation(verb, o->method, o->ice);
   verb.add_option("--projection", o->projection,
                   "map projection such as EPSG:3413; chosen from the flight if not given");
+  verb.add_option("--mask", o->masks,
+                  "what is neither water nor ice: images of the camera's size, 0 where its picture "
+                  "is not to be used (aircraft, bow), and polygons of the world such as GeoJSON "
+                  "(land, ship)");
   verb.add_flag("--no-align", o->no_align,
                 "use time, mount and poses as they are given (this version always does: it has no "
                 "alignment yet)");

@@ -12,6 +12,7 @@
 
 #include "watersky/io/exif.hpp"
 #include "watersky/io/files.hpp"
+#include "watersky/io/flir.hpp"
 #include "watersky/io/gdal_session.hpp"
 
 namespace watersky {
@@ -169,10 +170,26 @@ Result<cv::Mat> decode_image(std::span<const std::uint8_t> bytes, const ImageReq
   return is_jpeg(bytes) ? decode_jpeg(bytes, request, name) : decode_other(bytes, request, name);
 }
 
+namespace {
+
+/// Whether counts cover the very picture they came with: a lens model fits one size.
+bool has_size_of(const cv::Mat& counts, std::span<const std::uint8_t> jpeg) {
+  const auto metadata = parse_photo_metadata(jpeg);
+  return metadata && metadata->width_px == counts.cols && metadata->height_px == counts.rows;
+}
+
+}  // namespace
+
 ImageLoader image_loader(const fs::path& file, std::optional<ImageSize> expected) {
   return [file, expected](const ImageRequest& request) -> Result<cv::Mat> {
     WATERSKY_TRY(const auto bytes, read_bytes(file));
-    WATERSKY_TRY(cv::Mat image, decode_image(bytes, request, file.string()));
+    WATERSKY_TRY(auto flir, find_flir_image(bytes, file.string()));
+    cv::Mat image;
+    if (flir && has_size_of(flir->counts, bytes)) {
+      image = std::move(flir->counts);
+    } else {
+      WATERSKY_TRY(image, decode_image(bytes, request, file.string()));
+    }
     if (expected) {
       const auto fits = [&](int got, int full) {
         return got == full || std::abs(got * request.reduction - full) < request.reduction;

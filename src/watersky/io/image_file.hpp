@@ -36,8 +36,9 @@ struct ImageSize {
 [[nodiscard]] Result<cv::Mat> decode_image(std::span<const std::uint8_t> bytes,
                                            const ImageRequest& request, const std::string& name);
 
-/// Loads `file` anew at each call. When `expected` is given and the image has another size,
-/// InvalidInput says so.
+/// Loads `file` anew at each call. A FLIR radiometric JPEG (flir.hpp) gives its 16-bit counts,
+/// in full size, where they are of the picture's size. When `expected` is given and the image has
+/// another size, InvalidInput says so.
 [[nodiscard]] ImageLoader image_loader(const std::filesystem::path& file,
                                        std::optional<ImageSize> expected = std::nullopt);
 

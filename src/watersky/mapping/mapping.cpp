@@ -11,6 +11,11 @@
 #include <opencv2/imgproc.hpp>
 
 #include "watersky/geo/rotation.hpp"
+#include "watersky/mapping/detail/frame_mask.hpp"
+#include "watersky/mapping/detail/frame_watch.hpp"
+#include "watersky/vision/duplicates.hpp"
+#include "watersky/vision/mask.hpp"
+#include "watersky/vision/sensor_correction.hpp"
 
 namespace watersky {
 
@@ -38,6 +43,7 @@ struct PreparedFrame {
   CameraModel camera;
   double ice_fraction = 0.0;
   bool known = false;  ///< whether anything in it could be told
+  detail::FrameWatch::Seen seen;  ///< to tell what the camera did
 };
 
 /// The strongest reduction while decoding that still leaves a cell more than one pixel: then
@@ -185,16 +191,25 @@ class FlightMapper {
   [[nodiscard]] std::vector<LocatedFrame> locate(std::vector<LeftOut>& left_out) const;
   [[nodiscard]] Result<std::vector<PlannedFrame>> plan(const std::vector<LocatedFrame>& located,
                                                        MapRun& run) const;
+  [[nodiscard]] Status prepare_masks(const std::vector<PlannedFrame>& frames,
+                                     const MapReference& reference);
   void observe(const std::vector<PlannedFrame>& frames);
+  [[nodiscard]] Result<std::pair<cv::Mat, CameraModel>> loaded(const PlannedFrame& planned) const;
+  /// CV_8U, or empty where all of the frame may be used.
+  [[nodiscard]] cv::Mat valid(const PlannedFrame& planned, const CameraModel& camera) const;
   [[nodiscard]] Result<PreparedFrame> prepare(const PlannedFrame& planned) const;
   void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared, MapRun& run,
-                 std::size_t& untold) const;
+                 std::size_t& untold);
 
   const Flight& flight_;
   const MappingOptions& options_;
   const Progress& progress_;
   Segmenter& segmenter_;
   DisplayRange display_;
+  SensorCorrection sensor_;
+  detail::FrameWatch watch_;
+  detail::ExcludedAreas excluded_;
+  std::map<int, cv::Mat> camera_masks_;  ///< by the width of the image
   /// Frames that observe() decoded and prepare() will ask for again.
   std::map<const ImageFrame*, std::pair<cv::Mat, CameraModel>> decoded_;
 };
@@ -234,38 +249,86 @@ Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFr
   return planned;
 }
 
+Status FlightMapper::prepare_masks(const std::vector<PlannedFrame>& frames,
+                                   const MapReference& reference) {
+  WATERSKY_TRY(excluded_, detail::ExcludedAreas::make(options_.excluded, reference));
+  if (options_.camera_mask.empty()) return {};
+  const auto add = [this](const CameraModel& camera) -> Status {
+    cv::Mat& mask = camera_masks_[camera.width_px()];
+    if (!mask.empty()) return {};
+    auto made = valid_from_mask(options_.camera_mask, {camera.width_px(), camera.height_px()});
+    if (!made) return made.error();
+    mask = *std::move(made);
+    return {};
+  };
+  WATERSKY_CHECK(add(flight_.camera));
+  for (const PlannedFrame& planned : frames)
+    WATERSKY_CHECK(add(flight_.camera.reduced_by(planned.reduction)));
+  return {};
+}
+
+cv::Mat FlightMapper::valid(const PlannedFrame& planned, const CameraModel& camera) const {
+  const auto mask = camera_masks_.find(camera.width_px());
+  return both_valid(mask == camera_masks_.end() ? cv::Mat() : mask->second,
+                    excluded_.valid(planned.view, planned.grid, camera));
+}
+
+Result<std::pair<cv::Mat, CameraModel>> FlightMapper::loaded(const PlannedFrame& planned) const {
+  if (const auto found = decoded_.find(planned.frame); found != decoded_.end())
+    return found->second;
+  return load(planned, flight_.camera, options_.parameters.mosaic);
+}
+
 void FlightMapper::observe(const std::vector<PlannedFrame>& frames) {
   // Enough to know the flight's ice and water by; more would only decode twice.
   constexpr std::size_t kObserved = 16;
   constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
   std::size_t cached = 0;
   const std::size_t count = std::min(kObserved, frames.size());
-  for (std::size_t i = 0; i < count; ++i) {
-    const PlannedFrame& planned = frames[i * frames.size() / count];
-    report(progress_, "looking", i, count);
-    auto loaded = load(planned, flight_.camera, options_.parameters.mosaic);
-    if (!loaded) continue;  // prepare() meets the same fault and reports it
-    segmenter_.observe(loaded->first, cv::Mat());
-    widen(display_, loaded->first);
-    const std::size_t bytes = loaded->first.total() * loaded->first.elemSize();
-    if (cached + bytes <= kCacheBytes) {
-      cached += bytes;
-      decoded_.emplace(planned.frame, *std::move(loaded));
+  const auto each = [&](const auto& body) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const PlannedFrame& planned = frames[i * frames.size() / count];
+      report(progress_, "looking", i, count);
+      // One that cannot be loaded prepare() meets again and reports.
+      if (auto image = loaded(planned)) body(planned, *image, valid(planned, image->second));
     }
+  };
+  if (options_.parameters.correct_sensor) {
+    each([&](const PlannedFrame& planned, std::pair<cv::Mat, CameraModel>& image,
+             const cv::Mat& valid) {
+      sensor_.observe(image.first, valid);
+      const std::size_t bytes = image.first.total() * image.first.elemSize();
+      if (cached + bytes > kCacheBytes || decoded_.contains(planned.frame)) return;
+      cached += bytes;
+      decoded_.emplace(planned.frame, image);
+    });
+    sensor_.learn();
   }
+  each([&](const PlannedFrame& planned, std::pair<cv::Mat, CameraModel>& image,
+           const cv::Mat& valid) {
+    const cv::Mat corrected = sensor_.correct(image.first);
+    segmenter_.observe(corrected, valid);
+    widen(display_, corrected);
+    const std::size_t bytes = image.first.total() * image.first.elemSize();
+    if (cached + bytes > kCacheBytes || decoded_.contains(planned.frame)) return;
+    cached += bytes;
+    decoded_.emplace(planned.frame, std::move(image));
+  });
 }
 
 Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
   const MappingParameters& p = options_.parameters;
-  std::pair<cv::Mat, CameraModel> loaded{cv::Mat(), flight_.camera};
-  if (const auto found = decoded_.find(planned.frame); found != decoded_.end()) {
-    loaded = found->second;
-  } else {
-    WATERSKY_TRY(loaded, load(planned, flight_.camera, p.mosaic));
-  }
-  auto& [image, camera] = loaded;
-  WATERSKY_TRY(const cv::Mat p_ice, segmenter_.segment(image, cv::Mat()));
-  PreparedFrame prepared{.image = {}, .evidence = {}, .camera = camera};
+  WATERSKY_TRY(const auto decoded, loaded(planned));
+  const auto& [raw, camera] = decoded;
+  const cv::Mat valid = this->valid(planned, camera);
+  if (!valid.empty() && cv::countNonZero(valid) == 0)
+    return Error{ErrorCode::OutOfRange, "the masks leave nothing of it"};
+  const cv::Mat image = sensor_.correct(raw);
+  WATERSKY_TRY(const cv::Mat p_ice, segmenter_.segment(image, valid));
+  PreparedFrame prepared{
+      .image = {}, .evidence = {}, .camera = camera, .seen = {}};
+  // As it came: what the camera did must not be told from what we made of it.
+  prepared.seen = detail::FrameWatch::seen(raw, p.skip_duplicates, p.correct_sensor);
   prepared.evidence = to_evidence(p_ice, p.map.prior, prepared.ice_fraction, prepared.known);
   soften(prepared.evidence,
          p.sigma_m / planned.view.gsd_m() * camera.focal_px() / flight_.camera.focal_px());
@@ -274,11 +337,15 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
 }
 
 void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared,
-                             MapRun& run, std::size_t& untold) const {
+                             MapRun& run, std::size_t& untold) {
   const auto leave_out = [&](const Error& e) {
     run.left_out.push_back({planned.frame->name, e.message});
   };
   if (!prepared) return leave_out(prepared.error());
+  // Here and not while preparing: which frame came before must not depend on threads.
+  if (const auto reason = watch_.judge(planned.frame->name, planned.pose.time, planned.grid,
+                                       prepared->camera, prepared->seen))
+    return leave_out({ErrorCode::InvalidInput, *reason});
   const GridView view = planned.grid.with(prepared->camera);
   const auto touched = run.map.update(view, prepared->evidence, planned.pose.time);
   if (!touched) return leave_out(touched.error());
@@ -335,6 +402,7 @@ Result<MapRun> FlightMapper::run() {
              .times_are_utc = flight_.times_are_utc};
 
   WATERSKY_TRY(const std::vector<PlannedFrame> planned, plan(located, run));
+  WATERSKY_CHECK(prepare_masks(planned, run.reference));
   observe(planned);
   const std::size_t window = static_cast<std::size_t>(std::max(1, options_.threads));
   std::deque<std::future<Result<PreparedFrame>>> ahead;
@@ -363,6 +431,9 @@ Result<MapRun> FlightMapper::run() {
                         " frames show nothing that could be told to be ice or water, as in fog; "
                         "they are in the mosaic and add nothing to the map.");
 
+  run.sensor_events = watch_.events();
+  for (auto& note : sensor_.findings().notes()) run.notes.push_back(std::move(note));
+  for (auto& note : detail::notes_on(run.sensor_events)) run.notes.push_back(std::move(note));
   const Findings found = segmenter_.findings();
   run.ice = found.polarity ? found.polarity->polarity : IcePolarity::Auto;
   if (flight_.readout_s > 0)

@@ -8,6 +8,7 @@
 
 #include "watersky/base/progress.hpp"
 #include "watersky/flight/flight.hpp"
+#include "watersky/geodesy/geo_polygon.hpp"
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/map/ice_map.hpp"
 #include "watersky/map/mosaic.hpp"
@@ -41,6 +42,8 @@ struct MappingParameters {
   double min_grazing_deg = 10.0;
   double max_pose_gap_s = 0.5;
   bool mosaic = true;
+  bool skip_duplicates = true;
+  bool correct_sensor = true;
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     MapParameters::describe(self.map, visit);
@@ -55,6 +58,13 @@ struct MappingParameters {
                         3600});
     visit(self.mosaic,
           ParameterInfo{"mosaic", "1", "lay the pictures themselves onto the sea as well"});
+    visit(self.skip_duplicates,
+          ParameterInfo{"skip_duplicates", "1",
+                        "leave out frames that repeat the pixels of the one before"});
+    visit(self.correct_sensor,
+          ParameterInfo{"correct_sensor", "1",
+                        "take out defective pixels, fixed-pattern noise and vignetting as the "
+                        "flight shows them, and leave out frames of a closed shutter"});
   }
 };
 
@@ -64,6 +74,9 @@ struct MappingOptions {
   IcePolarity ice = IcePolarity::Auto;
   std::optional<std::string> projection;  ///< nullopt: chosen from the flight
   int threads = 1;
+  /// 0 where the camera's pictures are not to be used, in its full size; empty: all are.
+  cv::Mat camera_mask{};
+  std::vector<GeoPolygon> excluded{};  ///< land, a ship: neither water nor ice
 };
 
 /// One frame that went into the map.
@@ -77,6 +90,19 @@ struct UsedFrame {
   bool cut_by_grazing_limit = false;
 };
 
+/// What a camera did during a flight besides taking pictures.
+struct SensorEvent {
+  enum class Kind {
+    Freeze,   ///< the same picture again for a while; size: seconds
+    Shutter,  ///< a picture of the closed shutter (flat-field correction); size: levels off
+    GainJump  ///< the same sea in other levels than in the frame before; size: levels
+  };
+  std::string file;
+  Time time;
+  Kind kind = Kind::Freeze;
+  double size = 0.0;
+};
+
 /// What came of a flight.
 struct MapRun {
   std::string flight_name;
@@ -85,6 +111,7 @@ struct MapRun {
   Mosaic mosaic{};
   std::vector<UsedFrame> used{};
   std::vector<LeftOut> left_out{};
+  std::vector<SensorEvent> sensor_events{};
   std::size_t frames_total = 0;
   std::vector<std::string> notes{};  ///< what was assumed, chosen or noticed, one sentence each
   MappingOptions options;

@@ -2,10 +2,12 @@
 #include "watersky/io/detail/photos.hpp"
 
 #include <cmath>
+#include <cstdio>
 
 #include "watersky/camera/calibration_file.hpp"
 #include "watersky/io/csv.hpp"
 #include "watersky/io/files.hpp"
+#include "watersky/io/flir.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/name_time.hpp"
 
@@ -141,8 +143,44 @@ Result<std::optional<Intrinsics>> given_intrinsics(const fs::path& folder, const
 
 }  // namespace
 
+namespace {
+
+/// Counts instead of pictures are nothing that a reader may keep to itself.
+void note_thermal(const PhotoFile& photo, std::vector<std::string>& notes) {
+  const auto bytes = read_bytes(photo.path);
+  if (!bytes) return;
+  const auto found = find_flir_image(*bytes, photo.path.filename().string());
+  if (!found || !*found) return;
+  const FlirImage& image = **found;
+  std::string text = photo.path.filename().string() + " holds FLIR thermal counts of " +
+                     std::to_string(image.counts.cols) + "x" + std::to_string(image.counts.rows);
+  if (image.counts.cols == photo.metadata.width_px &&
+      image.counts.rows == photo.metadata.height_px) {
+    text += ", which are used instead of the pictures (experimental)";
+    const auto middle =
+        image.counts.at<std::uint16_t>(image.counts.rows / 2, image.counts.cols / 2);
+    const auto kelvin = image.scale ? kelvin_of(middle, *image.scale)
+                                    : Result<double>(Error{ErrorCode::NotFound, ""});
+    if (kelvin) {
+      char temperature[120];
+      std::snprintf(temperature, sizeof temperature,
+                    "; by its own calibration its middle looks like a black body of %.1f K",
+                    *kelvin);
+      text += temperature;
+    } else {
+      text += "; it says no calibration, so they stay counts";
+    }
+  } else {
+    text += ", not of the pictures' size: the pictures are used";
+  }
+  notes.push_back(text + ".");
+}
+
+}  // namespace
+
 Result<Intrinsics> choose_intrinsics(const fs::path& folder, const PhotoFile& photo,
                                      const ReadOptions& options, std::vector<std::string>& notes) {
+  note_thermal(photo, notes);
   WATERSKY_TRY(auto given,
                given_intrinsics(folder, photo.path.filename().string(), photo.metadata.width_px,
                                 photo.metadata.height_px, options, notes));
