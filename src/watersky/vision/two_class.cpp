@@ -45,7 +45,7 @@ struct FlightSplit {
 FlightSplit split_by_flight(const FlightClasses& flight, const detail::CoarseView& view) {
   const double contrast = flight.bright - flight.dark;
   const double middle = 0.5 * (flight.bright + flight.dark);
-  if (!flight.two_classes || view.level.empty()) return {FlightSplit::By::Level, middle};
+  if (!flight.two_classes) return {FlightSplit::By::Level, middle};
   const double own_contrast = view.bright - view.dark;
   const double own_middle = 0.5 * (view.bright + view.dark);
   const double most_drift = std::max(3.0 * flight.drift_sigma, 0.5 * contrast);
