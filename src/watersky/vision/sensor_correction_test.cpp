@@ -192,6 +192,16 @@ TEST(SensorCorrection, TakesVignettingOut) {
   }
 }
 
+TEST(SensorCorrection, TakesADarkMiddleOutAsWell) {
+  // A camera that corrects for a lens which it does not have.
+  const cv::Mat sea = floes(14);
+  Camera camera = in_8_bit();
+  camera.corner_light = 1.5;
+  const SensorCorrection correction = shown(camera, sea, 16, 117);
+  EXPECT_TRUE(correction.findings().corrects_vignetting);
+  EXPECT_LT(error_rms(camera, sea, &correction), 0.35 * error_rms(camera, sea, nullptr));
+}
+
 TEST(SensorCorrection, TakesNoIceEdgeForVignetting) {
   // Ice on the left or along the middle in every frame: a mean over the frames would call it
   // shading.
