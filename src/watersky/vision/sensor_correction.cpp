@@ -408,7 +408,8 @@ void SensorCorrection::learn_vignetting() {
   const bool relative = CV_MAT_DEPTH(type_) == CV_8U;
   const auto [least, most] = std::minmax_element(radial_.steps.begin(), radial_.steps.end());
   const double range = *most - *least;
-  findings_.corner_step = relative ? std::expm1(radial_.step(1.0)) : radial_.step(1.0);
+  const double corner = radial_.steps.back();
+  findings_.corner_step = relative ? std::expm1(corner) : corner;
   findings_.shading_range = relative ? -std::expm1(-range) : range;
   findings_.shading_sigma = radial_.sigma;
   if (range < (relative ? kLeastStep8 : std::max(1.0, kLeastStepPerNoise * findings_.noise)))
@@ -421,6 +422,15 @@ void SensorCorrection::learn_vignetting() {
     differ = std::max(differ, std::abs(a.steps[i] - b.steps[i]));
   if (differ > 0.5 * range) return;
   findings_.corrects_vignetting = true;
+  if (relative) {
+    // The middle may be darkest or brightest: the picture as a whole keeps its brightness.
+    double sum = 0.0, area = 0.0;
+    for (std::size_t i = 0; i < radial_.steps.size(); ++i) {
+      sum += static_cast<double>(i) * radial_.steps[i];
+      area += static_cast<double>(i);
+    }
+    for (double& step : radial_.steps) step -= sum / area;
+  }
   const cv::Mat map = radial_map(size_);
   if (!relative) {
     offset_ = offset_.empty() ? map : cv::Mat(offset_ + map);
