@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
+#include "support/real_data.hpp"
 #include "support/temporary_folder.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
@@ -193,6 +194,19 @@ TEST(FlirJpeg, CutAnywhereIsRefusedOrHasNone) {
   put(lies, 2 + 12 + 0x1c, 0xFFFFFFFF, 4, true);
   EXPECT_THAT(find_flir_image(lies, "a.jpg").error().message,
               testing::HasSubstr("a.jpg: its FLIR thermal data ends within its directory"));
+}
+
+TEST(ThermalPng, KeepsAllSixteenBits) {
+  // The camera's own list of hot spots (a text in the PNG) says 26140 for (521, 295), centikelvin.
+  // sBIT is 15: samples were scaled to 16 bit by repeating their first bit, as PNG asks for.
+  const auto folder = test::real_data("arctic_thermal_rgb_pair");
+  if (!folder) GTEST_SKIP() << "the real data is not here";
+  const auto image = image_loader(*folder / "CHESS_FL1_C_160407_234502.428_THERM-16BIT.PNG")({});
+  ASSERT_TRUE(image.ok()) << image.error().message;
+  ASSERT_EQ(image->type(), CV_16UC1);
+  const auto counts = image->at<std::uint16_t>(295, 521);
+  EXPECT_EQ(counts >> 1, 26140);
+  EXPECT_NEAR(kelvin_of(counts, LinearThermalScale{0.005, 0.0}).value(), 261.40, 0.006);
 }
 
 TEST(ThermalScale, IsItsOwnInverse) {

@@ -172,17 +172,17 @@ std::vector<std::string> SensorFindings::notes() const {
     notes.emplace_back(text);
   }
   if (corrects_vignetting) {
-    // 8 bit carries a share, 16 bit counts; a share is below one, and less than a count is not
-    // corrected.
-    if (std::abs(corner_step) < 1.0)
+    // A share of the light is below one; less than a count is not corrected.
+    if (shading_range < 1.0)
       std::snprintf(text, sizeof text,
-                    "Vignetting was removed: the corners had %.0f %% (± %.1f) of the middle's "
-                    "light.",
-                    100 * (1 + corner_step), 100 * corner_step_sigma);
+                    "Vignetting was removed: around the picture's middle the light ranged over "
+                    "%.0f %% (± %.1f) of the brightest.",
+                    100 * shading_range, 100 * shading_sigma);
     else
       std::snprintf(text, sizeof text,
-                    "Shading was removed: the corners stood %+.3g (± %.2g) counts off the middle.",
-                    corner_step, corner_step_sigma);
+                    "Shading around the picture's middle was removed: it ranged over %.3g (± %.2g) "
+                    "counts.",
+                    shading_range, shading_sigma);
     notes.emplace_back(text);
   }
   return notes;
@@ -247,9 +247,11 @@ void SensorCorrection::observe_coarse(const cv::Mat& image, const cv::Mat& valid
   small.convertTo(levels, CV_32F);
   if (!valid.empty()) cv::resize(valid(whole), shown, size, 0, 0, cv::INTER_NEAREST);
 
-  // Does the sea move? Rows and columns have no say: they may be the pattern's, and vignetting is
-  // a sum of the two.
-  cv::Mat detail = levels.clone(), mean;
+  // Does the sea move? What is smooth has no say, for it may be vignetting, nor have rows and
+  // columns, which may be the pattern's.
+  cv::Mat detail, mean;
+  cv::GaussianBlur(levels, detail, {}, 3.0, 3.0, cv::BORDER_REFLECT);
+  detail = levels - detail;
   cv::reduce(detail, mean, 0, cv::REDUCE_AVG);
   detail -= cv::repeat(mean, size.height, 1);
   cv::reduce(detail, mean, 1, cv::REDUCE_AVG);
@@ -361,29 +363,41 @@ void SensorCorrection::learn_pattern() {
 }
 
 SensorCorrection::Radial SensorCorrection::fit(const std::vector<std::vector<float>>& slopes) {
-  // Weighted least squares of d step / dρ = 2 square ρ + 4 fourth ρ³ to the rings' medians.
-  double aa = 0, ab = 0, bb = 0, ay = 0, by = 0;
-  for (std::size_t k = 0; k < slopes.size(); ++k) {
+  std::array<double, kRings> slope{}, variance{};
+  for (std::size_t k = 0; k < kRings; ++k) {
     if (slopes[k].size() < 50) continue;
-    const double m = median(slopes[k]);
+    slope[k] = median(slopes[k]);
     std::vector<float> off(slopes[k].size());
     std::transform(slopes[k].begin(), slopes[k].end(), off.begin(),
-                   [m](float s) { return std::abs(s - static_cast<float>(m)); });
+                   [m = static_cast<float>(slope[k])](float s) { return std::abs(s - m); });
     // Neighbouring slopes share pixels and structure: some eight make one.
-    const double sigma = std::max(1e-6, 1.2533 * 1.4826 * median(std::move(off)) *
-                                            std::sqrt(8.0 / static_cast<double>(slopes[k].size())));
-    const double rho = (static_cast<double>(k) + 0.5) / static_cast<double>(slopes.size());
-    const double a = 2 * rho / sigma, b = 4 * rho * rho * rho / sigma, y = m / sigma;
-    aa += a * a;
-    ab += a * b;
-    bb += b * b;
-    ay += a * y;
-    by += b * y;
+    const double sigma = 1.2533 * 1.4826 * median(std::move(off));
+    variance[k] = sigma * sigma * 8.0 / static_cast<double>(slopes[k].size());
   }
-  const double determinant = aa * bb - ab * ab;
-  if (!(determinant > 0)) return {0, 0, std::numeric_limits<double>::infinity()};
-  return {(bb * ay - ab * by) / determinant, (aa * by - ab * ay) / determinant,
-          std::sqrt(std::max(0.0, (aa + bb - 2 * ab) / determinant))};
+  // The slopes, straight between the middles of rings, summed up from the middle of the picture.
+  Radial radial;
+  constexpr std::size_t kSteps = 240;
+  radial.steps.assign(kSteps + 1, 0.0);
+  double now = 0.0;
+  for (std::size_t i = 0; i < kSteps; ++i) {
+    const double at = (static_cast<double>(i) + 0.5) / kSteps * kRings - 0.5;
+    const double clamped = std::clamp(at, 0.0, kRings - 1.0);
+    const std::size_t k = std::min(static_cast<std::size_t>(clamped), kRings - 2);
+    const double t = clamped - static_cast<double>(k);
+    now += ((1 - t) * slope[k] + t * slope[k + 1]) / kSteps;
+    radial.steps[i + 1] = now;
+  }
+  double sum = 0.0;
+  for (const double v : variance) sum += v / (kRings * kRings);
+  radial.sigma = std::sqrt(sum);
+  return radial;
+}
+
+double SensorCorrection::Radial::step(double rho) const {
+  const double at = std::clamp(rho, 0.0, 1.0) * static_cast<double>(steps.size() - 1);
+  const std::size_t i = std::min(static_cast<std::size_t>(at), steps.size() - 2);
+  const double t = at - static_cast<double>(i);
+  return (1 - t) * steps[i] + t * steps[i + 1];
 }
 
 void SensorCorrection::learn_vignetting() {
@@ -392,19 +406,31 @@ void SensorCorrection::learn_vignetting() {
     all[k].insert(all[k].end(), halves_[1].slopes[k].begin(), halves_[1].slopes[k].end());
   radial_ = fit(all);
   const bool relative = CV_MAT_DEPTH(type_) == CV_8U;
-  const double step = radial_.step(1.0);
-  findings_.corner_step = relative ? std::expm1(step) : step;
-  findings_.corner_step_sigma =
-      relative ? (1 + findings_.corner_step) * radial_.sigma : radial_.sigma;
-  // A lens takes light from the corners, never from the middle; a warm housing adds some.
-  if (relative ? step > -kLeastStep8
-               : std::abs(step) < std::max(1.0, kLeastStepPerNoise * findings_.noise))
+  const auto [least, most] = std::minmax_element(radial_.steps.begin(), radial_.steps.end());
+  const double range = *most - *least;
+  const double corner = radial_.steps.back();
+  findings_.corner_step = relative ? std::expm1(corner) : corner;
+  findings_.shading_range = relative ? -std::expm1(-range) : range;
+  findings_.shading_sigma = radial_.sigma;
+  if (range < (relative ? kLeastStep8 : std::max(1.0, kLeastStepPerNoise * findings_.noise)))
     return;
-  if (std::abs(step) < 4.0 * radial_.sigma) return;
+  if (range < 4.0 * radial_.sigma) return;
   // Each half must find what the other did, or it is the sea's.
-  const double a = fit(halves_[0].slopes).step(1.0), b = fit(halves_[1].slopes).step(1.0);
-  if (std::abs(a - b) > 0.5 * std::abs(step)) return;
+  const Radial a = fit(halves_[0].slopes), b = fit(halves_[1].slopes);
+  double differ = 0.0;
+  for (std::size_t i = 0; i < a.steps.size(); ++i)
+    differ = std::max(differ, std::abs(a.steps[i] - b.steps[i]));
+  if (differ > 0.5 * range) return;
   findings_.corrects_vignetting = true;
+  if (relative) {
+    // The middle may be darkest or brightest: the picture as a whole keeps its brightness.
+    double sum = 0.0, area = 0.0;
+    for (std::size_t i = 0; i < radial_.steps.size(); ++i) {
+      sum += static_cast<double>(i) * radial_.steps[i];
+      area += static_cast<double>(i);
+    }
+    for (double& step : radial_.steps) step -= sum / area;
+  }
   const cv::Mat map = radial_map(size_);
   if (!relative) {
     offset_ = offset_.empty() ? map : cv::Mat(offset_ + map);
@@ -423,7 +449,8 @@ cv::Mat SensorCorrection::radial_map(cv::Size size) const {
   for (int y = 0; y < size.height; ++y) {
     float* row = map.ptr<float>(y);
     for (int x = 0; x < size.width; ++x) {
-      const double step = radial_.step(((x - cx) * (x - cx) + (y - cy) * (y - cy)) * scale);
+      const double step =
+          radial_.step(std::sqrt(((x - cx) * (x - cx) + (y - cy) * (y - cy)) * scale));
       row[x] = static_cast<float>(relative ? std::min(4.0, std::exp(-step)) : step);
     }
   }

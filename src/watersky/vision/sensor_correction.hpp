@@ -31,7 +31,8 @@ struct SensorFindings {
   double pattern_left_rms = 0.0;  ///< what correct() is expected to leave of it
   /// What a corner has more than the middle: share of the level for 8 bit, counts for 16.
   double corner_step = 0.0;
-  double corner_step_sigma = 0.0;
+  /// From the darkest to the brightest distance from the middle, in the same terms.
+  double shading_range = 0.0, shading_sigma = 0.0;
   std::vector<cv::Point> defects;
   bool corrects_pattern = false;
   bool corrects_vignetting = false;
@@ -67,11 +68,12 @@ class SensorCorrection {
     int frames = 0;
     std::vector<std::vector<float>> slopes;  ///< radial, per ring of the radius
   };
-  /// step(ρ) = square ρ² + fourth ρ⁴, ρ = 1 in the corners.
+  /// Light (its logarithm for 8 bit) by the distance from the middle; ρ = 1 in the corners. Any
+  /// shape: a lens darkens the corners, a camera that corrects another lens may do the opposite.
   struct Radial {
-    double square = 0.0, fourth = 0.0;
-    double sigma = 0.0;  ///< of the step at ρ = 1
-    [[nodiscard]] double step(double rho2) const { return (square + fourth * rho2) * rho2; }
+    std::vector<double> steps;  ///< at equal distances from ρ = 0 to 1
+    double sigma = 0.0;         ///< of the last
+    [[nodiscard]] double step(double rho) const;
   };
 
   /// Gives back the frame without its finest detail.
