@@ -10,6 +10,7 @@
 #include <string>
 
 #include "bench.hpp"
+#include "watersky/base/memory.hpp"
 #include "watersky/vision/segmentation.hpp"
 
 using namespace watersky;
@@ -86,6 +87,7 @@ void run(int width, int height) {
 }  // namespace
 
 int main() {
+  keep_freed_memory();  // as the program does
   cv::setNumThreads(1);
   run(640, 512);
 }

@@ -7,6 +7,8 @@
 #include <memory>
 #include <vector>
 
+#include "watersky/io/files.hpp"
+#include "watersky/io/image_file.hpp"
 #include "watersky/vision/segmentation.hpp"
 
 namespace watersky::cli {
@@ -55,16 +57,56 @@ CLI::App& add_verb(CLI::App& app, const std::string& name, const std::string& de
   return *verb;
 }
 
-void add_segmentation(CLI::App& verb, std::string& method, std::string& ice) {
+void add_segmentation(CLI::App& verb, SegmentationChoice& choice) {
   std::vector<std::string> methods;
   for (const SegmentationMethod m : segmentation_methods()) methods.emplace_back(name_of(m));
-  verb.add_option("--method", method, "how pixels are told to be ice")
+  verb.add_option("--method", choice.method,
+                  "how pixels are told to be ice; learned: a trained classifier, in three speeds")
       ->check(CLI::IsMember(methods))
       ->capture_default_str();
-  verb.add_option("--ice", ice,
+  verb.add_option("--model", choice.model,
+                  "model of the learned methods, from 'watersky segment train'; not given: the one "
+                  "that comes with Watersky");
+  verb.add_option("--ice", choice.ice,
                   "ice is brighter or darker than water, or found from the images by itself")
       ->check(CLI::IsMember({"auto", "brighter", "darker"}))
       ->capture_default_str();
+}
+
+Result<IceModel> read_ice_model(const std::string& file) {
+  constexpr std::size_t kMostBytes = std::size_t{16} << 20;
+  WATERSKY_TRY(const std::string text, read_text(file, kMostBytes));
+  return parse_ice_model(text, file);
+}
+
+Result<Segmentation> resolve(const SegmentationChoice& choice) {
+  Segmentation chosen;
+  WATERSKY_TRY(chosen.method, segmentation_method(choice.method));
+  WATERSKY_TRY(chosen.ice, ice_polarity(choice.ice));
+  if (choice.model.empty()) return chosen;
+  if (!is_learned(chosen.method))
+    return Error{ErrorCode::Usage, "--model is for the learned methods, not for --method " +
+                                       choice.method + "; leave one of them out"};
+  WATERSKY_TRY(IceModel model, read_ice_model(choice.model));
+  chosen.model = std::make_shared<const IceModel>(std::move(model));
+  return chosen;
+}
+
+Result<std::vector<std::filesystem::path>> list_inputs(const std::vector<std::string>& given) {
+  std::vector<std::filesystem::path> files;
+  for (const std::string& path : given) {
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(path, ignored)) {
+      files.emplace_back(path);
+      continue;
+    }
+    WATERSKY_TRY(const auto found, list_images(path));
+    if (found.empty())
+      return Error{ErrorCode::NotFound,
+                   path + ": holds no image (.jpg, .png or .tif); give the folder they are in"};
+    files.insert(files.end(), found.begin(), found.end());
+  }
+  return files;
 }
 
 std::string option_name(std::string_view parameter) {

@@ -3,14 +3,17 @@
 /// What all verbs share: levels, JSON, progress, and options made from described parameters.
 #include <CLI/CLI.hpp>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <type_traits>
+#include <vector>
 
 #include "watersky/base/parameters.hpp"
 #include "watersky/base/progress.hpp"
 #include "watersky/base/result.hpp"
+#include "watersky/vision/segmentation.hpp"
 
 namespace watersky::cli {
 
@@ -57,8 +60,25 @@ void add_parameters(CLI::App& app, Parameters& parameters) {
   });
 }
 
-/// --method and --ice, as every verb that segments has them.
-void add_segmentation(CLI::App& verb, std::string& method, std::string& ice);
+/// --method, --model and --ice, as every verb that segments has them.
+struct SegmentationChoice {
+  std::string method{name_of(kDefaultSegmentationMethod)}, ice = "auto", model;
+};
+void add_segmentation(CLI::App& verb, SegmentationChoice& choice);
+
+/// What was chosen, its model read.
+struct Segmentation {
+  SegmentationMethod method = kDefaultSegmentationMethod;
+  IcePolarity ice = IcePolarity::Auto;
+  std::shared_ptr<const IceModel> model;  ///< nullptr: the one that ships
+};
+[[nodiscard]] Result<Segmentation> resolve(const SegmentationChoice& choice);
+
+[[nodiscard]] Result<IceModel> read_ice_model(const std::string& file);
+
+/// Files as they are, folders as the images in them. NotFound for a folder without any.
+[[nodiscard]] Result<std::vector<std::filesystem::path>> list_inputs(
+    const std::vector<std::string>& given);
 
 /// Refuses NaN and infinities, which parse as numbers.
 [[nodiscard]] inline CLI::Validator finite() {
@@ -84,6 +104,7 @@ void warn(const Common& common, const std::string& line);
 
 void add_map(CLI::App& app);
 void add_segment(CLI::App& app);
+void add_segment_train(CLI::App& segment);
 
 void add_simulate(CLI::App& app);
 void add_inspect(CLI::App& app);

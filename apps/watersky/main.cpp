@@ -1,17 +1,13 @@
 // SPDX-License-Identifier: MIT
 /// The one binary: `watersky VERB …`.
-#include <malloc.h>
-
 #include <cstdio>
 #include <exception>
 
 #include "cli.hpp"
+#include "watersky/base/memory.hpp"
 
 int main(int argc, char** argv) {
-  // Images of one size come and go: keep their pages instead of asking the system for new ones,
-  // which cost a tenth of the time of `map` (bench/map_brighton).
-  mallopt(M_MMAP_THRESHOLD, 1 << 29);
-  mallopt(M_TRIM_THRESHOLD, 1 << 29);
+  watersky::keep_freed_memory();
   CLI::App app{
       "Watersky maps sea ice from a UAV while it flies.\n"
       "Angles are degrees, lengths metres, times seconds; every option names its unit.",

@@ -19,9 +19,8 @@ namespace watersky::cli {
 namespace {
 
 struct Options {
-  std::string flight, out, camera_file, mount, log, sea_level, ice = "auto", projection,
-                                                               name_pattern, video_start;
-  std::string method{name_of(kDefaultSegmentationMethod)};
+  std::string flight, out, camera_file, mount, log, sea_level, projection, name_pattern, video_start;
+  SegmentationChoice segmentation;
   std::optional<double> focal_px;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
   std::vector<std::string> masks;
@@ -87,6 +86,7 @@ VerbResult run(const Options& o, const Common& common) {
   if (!o.projection.empty())
     if (const auto projection = Projection::from_text(o.projection); !projection)
       return Error{ErrorCode::Usage, projection.error().message};
+  WATERSKY_TRY(const Segmentation chosen, resolve(o.segmentation));
   // Before any work: a map that cannot be written is an hour lost.
   const WriteOptions write{.overwrite = o.overwrite, .threads = threads};
   WATERSKY_CHECK(check_output(o.out, write));
@@ -97,8 +97,9 @@ VerbResult run(const Options& o, const Common& common) {
 
   MappingOptions options;
   options.parameters = o.parameters;
-  WATERSKY_TRY(options.method, segmentation_method(o.method));
-  WATERSKY_TRY(options.ice, ice_polarity(o.ice));
+  options.method = chosen.method;
+  options.ice = chosen.ice;
+  options.parameters.segmentation.model = chosen.model;
   if (!o.projection.empty()) options.projection = o.projection;
   options.threads = threads;
   WATERSKY_CHECK(read_masks(o, options));
@@ -174,7 +175,7 @@ void add_map(CLI::App& app) {
       ->capture_default_str();
   verb.add_flag("--assume-nadir", o->assume_nadir,
                 "take photographs without attitude as looking straight down");
-  add_segmentation(verb, o->method, o->ice);
+  add_segmentation(verb, o->segmentation);
   verb.add_option("--projection", o->projection,
                   "map projection such as EPSG:3413; chosen from the flight if not given");
   verb.add_option("--mask", o->masks,

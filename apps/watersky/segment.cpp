@@ -24,28 +24,16 @@ constexpr std::size_t kMostReportPictures = 60;
 
 struct Options {
   std::vector<std::string> images, truth;
-  std::string out, mask, truth_values = "auto", pond_is = "water", ice = "auto";
-  std::string method{name_of(kDefaultSegmentationMethod)};
+  std::string out, mask, truth_values = "auto", pond_is = "water";
+  SegmentationChoice segmentation;
   bool sequence = false, overwrite = false;
   int threads = 0;
   SegmentationParameters parameters;
 };
 
-/// Files as they are, folders as the images in them.
-Result<std::vector<fs::path>> list_inputs(const std::vector<std::string>& given) {
-  std::vector<fs::path> files;
-  for (const std::string& path : given) {
-    std::error_code ignored;
-    if (!fs::is_directory(path, ignored)) {
-      files.emplace_back(path);
-      continue;
-    }
-    WATERSKY_TRY(const auto found, list_images(path));
-    if (found.empty())
-      return Error{ErrorCode::NotFound,
-                   path + ": holds no image (.jpg, .png or .tif); give the folder they are in"};
-    files.insert(files.end(), found.begin(), found.end());
-  }
+/// The images; Usage where two would be written to one file.
+Result<std::vector<fs::path>> list_images_of(const std::vector<std::string>& given) {
+  WATERSKY_TRY(auto files, list_inputs(given));
   std::map<std::string, fs::path> stems;
   for (const fs::path& file : files)
     if (const auto [first, is_new] = stems.emplace(file.stem().string(), file); !is_new)
@@ -57,8 +45,8 @@ Result<std::vector<fs::path>> list_inputs(const std::vector<std::string>& given)
 
 class Job {
  public:
-  Job(const Options& options, std::vector<fs::path> files)
-      : options_(options), files_(std::move(files)) {}
+  Job(const Options& options, Segmentation chosen, std::vector<fs::path> files)
+      : options_(options), chosen_(std::move(chosen)), files_(std::move(files)) {}
 
   Result<SegmentationRun> run(const fs::path& folder, int threads, const Progress& progress);
 
@@ -74,6 +62,7 @@ class Job {
   Status process(std::size_t i, const fs::path& folder, SegmentedImage& image) const;
 
   const Options& options_;
+  Segmentation chosen_;
   std::vector<fs::path> files_;
   std::unique_ptr<Segmenter> segmenter_;
   cv::Mat mask_;
@@ -124,10 +113,12 @@ Status Job::process(std::size_t i, const fs::path& folder, SegmentedImage& image
 
 Result<SegmentationRun> Job::run(const fs::path& folder, int threads, const Progress& progress) {
   SegmentationRun run;
-  WATERSKY_TRY(run.method, segmentation_method(options_.method));
-  WATERSKY_TRY(run.ice, ice_polarity(options_.ice));
-  WATERSKY_TRY(segmenter_, make_segmenter(run.method, options_.parameters, run.ice));
+  run.method = chosen_.method;
+  run.ice = chosen_.ice;
   run.parameters = options_.parameters;
+  run.parameters.model = chosen_.model;
+  run.parameters.learned.ponds_are_ice = options_.pond_is == "ice";
+  WATERSKY_TRY(segmenter_, make_segmenter(run.method, run.parameters, run.ice));
   run.sequence = options_.sequence;
   run.mask = options_.mask;
   run.pond_is_ice = options_.pond_is == "ice";
@@ -219,7 +210,8 @@ VerbResult run(const Options& o, const Common& common) {
     return Error{ErrorCode::Usage,
                  "say with -o which folder to make (see watersky segment --help)"};
   WATERSKY_CHECK(validate(o.parameters));
-  WATERSKY_TRY(std::vector<fs::path> files, list_inputs(o.images));
+  WATERSKY_TRY(Segmentation chosen, resolve(o.segmentation));
+  WATERSKY_TRY(std::vector<fs::path> files, list_images_of(o.images));
   for (const std::string& truth : o.truth) {
     std::error_code ignored;
     if (!fs::exists(truth, ignored))
@@ -230,7 +222,7 @@ VerbResult run(const Options& o, const Common& common) {
   const int threads = o.threads > 0 ? o.threads : cores;
   cv::setNumThreads(std::min(threads, cores));
   WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(o.out));
-  auto result = Job(o, std::move(files)).run(partial.path(), threads, progress_bar(common));
+  auto result = Job(o, std::move(chosen), std::move(files)).run(partial.path(), threads, progress_bar(common));
   if (!result) return result.error();
   const SegmentationRun& run = *result;
   if (run.images.empty()) {
@@ -265,7 +257,7 @@ void add_segment(CLI::App& app) {
                   "folder to make, with STEM_ice.png (8 bit, 255 is certainly ice, 128 also where "
                   "it is not known: STEM_unknown.png then shows where), STEM_overlay.jpg, "
                   "segmentation.csv, segment.json and report.html");
-  add_segmentation(verb, o->method, o->ice);
+  add_segmentation(verb, o->segmentation);
   verb.add_flag("--sequence", o->sequence,
                 "the images are one flight: all are looked at before the first is segmented (else "
                 "each image's result depends on it alone)");
@@ -281,7 +273,7 @@ void add_segment(CLI::App& app) {
                   "else ice); auto: binary where 255 occurs")
       ->check(CLI::IsMember({"auto", "classes", "binary"}))
       ->capture_default_str();
-  verb.add_option("--pond-is", o->pond_is, "what melt ponds in masks count as")
+  verb.add_option("--pond-is", o->pond_is, "what melt ponds count as, in masks and by the learned methods")
       ->check(CLI::IsMember({"ice", "water"}))
       ->capture_default_str();
   verb.add_option("--threads", o->threads,
@@ -290,6 +282,7 @@ void add_segment(CLI::App& app) {
       ->capture_default_str();
   verb.add_flag("--overwrite", o->overwrite, "replace OUT if it is a run of ours");
   add_parameters(verb, o->parameters);
+  add_segment_train(verb);
 }
 
 }  // namespace watersky::cli

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <opencv2/core.hpp>
+#include <map>
 #include <opencv2/imgproc.hpp>
 
 #include "study.hpp"
 #include "watersky/io/image_file.hpp"
+#include "watersky/vision/ice_training.hpp"
 #include "watersky/vision/segmentation.hpp"
 
 namespace watersky::study {
@@ -45,6 +47,43 @@ Contender untrained(const std::string& name, const std::string& what, Segmentati
           }};
 }
 
+/// The model that the images teach, with the default parameters. A set of images is learned from
+/// once, however many contenders, fogs and tables ask for it.
+Result<std::shared_ptr<const IceModel>> learned_from(
+    const std::vector<const LabelledImage*>& training) {
+  static std::map<std::string, std::shared_ptr<const IceModel>> known;
+  std::string key;
+  std::vector<watersky::LabelledImage> images;
+  for (const LabelledImage* image : training) {
+    key += image->name + '\n';
+    images.push_back({image->name, image->image, image->classes});
+  }
+  auto& model = known[key];
+  if (!model) {
+    WATERSKY_TRY(IceModel learned, train_ice_model(images, TrainingParameters{}));
+    model = std::make_shared<const IceModel>(std::move(learned));
+  }
+  return model;
+}
+
+/// Which of the training images a contender may learn from.
+using MayLearnFrom = bool (*)(const LabelledImage&);
+
+Contender trained(const std::string& name, const std::string& what, SegmentationMethod method,
+                  MayLearnFrom may_learn_from = [](const LabelledImage&) { return true; }) {
+  return {name, what,
+          [=](const auto& training, const LabelledImage&,
+              PondIs pond) -> Result<std::unique_ptr<Segmenter>> {
+            std::vector<const LabelledImage*> taken;
+            for (const LabelledImage* image : training)
+              if (may_learn_from(*image)) taken.push_back(image);
+            SegmentationParameters parameters;
+            parameters.learned.ponds_are_ice = pond == PondIs::Ice;
+            WATERSKY_TRY(parameters.model, learned_from(taken));
+            return make_segmenter(method, parameters);
+          }};
+}
+
 }  // namespace
 
 cv::Mat LabelledImage::ice(PondIs pond) const {
@@ -58,7 +97,8 @@ Result<std::vector<LabelledImage>> read_labelled(const fs::path& folder) {
   WATERSKY_TRY(const auto files, list_images(folder / "images"));
   std::vector<LabelledImage> images;
   for (const fs::path& file : files) {
-    LabelledImage image{.name = file.stem().string()};
+    LabelledImage image;
+    image.name = file.stem().string();
     WATERSKY_TRY(image.image, image_loader(file)(ImageRequest{.color = false}));
     WATERSKY_TRY(const fs::path mask, find_mask(file, {folder / "masks"}, false));
     WATERSKY_TRY(image.classes, read_mask(mask, {image.image.cols, image.image.rows}));
@@ -81,6 +121,12 @@ std::vector<Contender> contenders() {
   SegmentationParameters closing;
   closing.evidence.close_px = 5;
   std::vector<Contender> all{
+      trained("learned", "learned", Learned),
+      // The labelled images are nearly all of one polarity; what it is trained on is only of that.
+      trained("learned_one_polarity", "learned, one polarity", Learned,
+              [](const LabelledImage& image) { return image.truth == IcePolarity::Darker; }),
+      trained("learned_fast", "learned, fast", LearnedFast),
+      trained("learned_best", "learned, best", LearnedBest),
       untrained("otsu_told", "Otsu, told", Otsu, Told::Polarity),
       untrained("otsu_cold_is_ice", "Otsu, cold is ice", Otsu, Told::ColdIsIce),
       untrained("otsu_auto", "Otsu", Otsu, Told::Nothing),
@@ -89,7 +135,7 @@ std::vector<Contender> contenders() {
       untrained("edges_auto", "edges", Edges, Told::Nothing),
       untrained("watershed_auto", "watershed", Watershed, Told::Nothing)};
   all.insert(
-      all.begin() + 1,
+      all.begin() + 5,
       {"otsu_told_blur5", "Otsu, told, 5x5 mean",
        [](const auto&, const LabelledImage& judged, PondIs) -> Result<std::unique_ptr<Segmenter>> {
          WATERSKY_TRY(auto otsu, make_segmenter(Otsu, {}, judged.truth));

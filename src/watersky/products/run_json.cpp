@@ -116,6 +116,8 @@ json run_json(const Products& products) {
         {"objects", described(products.object_parameters)}}},
       {"threads", products.options.threads},
       {"segmentation", name_of(products.options.method)},
+      {"model", text_or_null(model_name(products.options.method,
+                                        products.options.parameters.segmentation))},
       {"ice", {{"asked", name_of(products.options.ice)}, {"used", name_of(products.ice)}}},
       {"sea_level", text_or_null(products.sea_level)},
       {"calibration", text_or_null(products.calibration)},

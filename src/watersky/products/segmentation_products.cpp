@@ -165,6 +165,7 @@ json segment_json(const SegmentationRun& run) {
            {"verb", "segment"},
            {"versions", {{"watersky", versions.watersky}, {"opencv", versions.opencv}}},
            {"method", name_of(run.method)},
+           {"model", run.model_name().empty() ? json() : json(run.model_name())},
            {"ice", name_of(run.ice)},
            {"sequence", run.sequence},
            {"flight", run.flight ? findings_json(*run.flight) : json()},

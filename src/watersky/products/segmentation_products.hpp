@@ -47,6 +47,7 @@ struct SegmentationRun {
   std::vector<LeftOut> left_out;
 
   [[nodiscard]] std::vector<SegmentationScore> scores() const;
+  [[nodiscard]] std::string model_name() const { return watersky::model_name(method, parameters); }
 };
 
 /// What is compared with.

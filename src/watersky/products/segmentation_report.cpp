@@ -202,7 +202,7 @@ std::string making_section(const SegmentationRun& run) {
   };
   std::string html =
       "<section><h2>How it was made</h2><div class=\"scroll\"><table class=\"facts\"><tbody>" +
-      row("Method", std::string(name_of(run.method))) +
+      row("Method", std::string(name_of(run.method))) + row("Model", run.model_name()) +
       row("Ice is", std::string(name_of(run.ice))) +
       row("Images are",
           run.sequence ? "one flight, looked at as a whole first" : "each judged by itself") +

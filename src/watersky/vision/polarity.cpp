@@ -87,6 +87,15 @@ double mean_solidity(const cv::Mat& mask, double smallest_px) {
 
 }  // namespace
 
+std::string polarity_note(const PolarityEstimate& polarity) {
+  return std::string("Ice was taken as the ") +
+         (polarity.polarity == IcePolarity::Brighter ? "brighter" : "darker") +
+         " class: " + polarity.evidence +
+         (polarity.confidence < kSureOfPolarity
+              ? ". This is not sure; give --ice brighter or --ice darker."
+              : ".");
+}
+
 ShapeEvidence shape_evidence(const cv::Mat& bright, const cv::Mat& valid) {
   cv::Mat bright_mask = bright != 0, dark_mask = bright == 0;
   if (!valid.empty()) {

@@ -28,6 +28,9 @@ struct PolarityEstimate {
 /// Below this confidence a report should advise to name the polarity.
 inline constexpr double kSureOfPolarity = 0.9;
 
+/// What a report should say of it: a sentence or two.
+[[nodiscard]] std::string polarity_note(const PolarityEstimate& polarity);
+
 /// How compact the two classes of a mask are.
 struct ShapeEvidence {
   double bright_fraction = 0.0;

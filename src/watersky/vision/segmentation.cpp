@@ -10,7 +10,7 @@ namespace watersky {
 
 namespace {
 
-constexpr std::array kMethods{SegmentationMethod::Otsu, SegmentationMethod::LocalOtsu,
+constexpr std::array kMethods{SegmentationMethod::Learned, SegmentationMethod::LearnedFast, SegmentationMethod::LearnedBest, SegmentationMethod::Otsu, SegmentationMethod::LocalOtsu,
                               SegmentationMethod::Edges, SegmentationMethod::Watershed};
 constexpr std::array kPolarities{IcePolarity::Auto, IcePolarity::Brighter, IcePolarity::Darker};
 
@@ -32,12 +32,20 @@ std::span<const SegmentationMethod> segmentation_methods() { return kMethods; }
 
 std::string_view name_of(SegmentationMethod method) {
   switch (method) {
+    case SegmentationMethod::Learned: return "learned";
+    case SegmentationMethod::LearnedFast: return "learned-fast";
+    case SegmentationMethod::LearnedBest: return "learned-best";
     case SegmentationMethod::Otsu: return "otsu";
     case SegmentationMethod::LocalOtsu: return "local-otsu";
     case SegmentationMethod::Edges: return "edges";
     case SegmentationMethod::Watershed: return "watershed";
   }
-  return "otsu";
+  return "learned";
+}
+
+bool is_learned(SegmentationMethod method) {
+  return method == SegmentationMethod::Learned || method == SegmentationMethod::LearnedFast ||
+         method == SegmentationMethod::LearnedBest;
 }
 
 Result<SegmentationMethod> segmentation_method(std::string_view name) {
@@ -57,13 +65,26 @@ Result<IcePolarity> ice_polarity(std::string_view name) {
   return named(kPolarities, name, "polarity of ice");
 }
 
+std::string model_name(SegmentationMethod method, const SegmentationParameters& parameters) {
+  if (!is_learned(method)) return {};
+  return parameters.model ? parameters.model->name : IceModel::shipped().name;
+}
+
 Result<std::unique_ptr<Segmenter>> make_segmenter(SegmentationMethod method,
                                                   const SegmentationParameters& parameters,
                                                   IcePolarity ice) {
   WATERSKY_CHECK(validate(parameters));
   const TwoClassEvidence& evidence = parameters.evidence;
   std::unique_ptr<Segmenter> made;
+  const auto learned = [&](SegmentationQuality quality) {
+    return std::make_unique<LearnedSegmenter>(
+        parameters.learned, quality, ice,
+        parameters.model ? *parameters.model : IceModel::shipped());
+  };
   switch (method) {
+    case SegmentationMethod::Learned: made = learned(SegmentationQuality::Standard); break;
+    case SegmentationMethod::LearnedFast: made = learned(SegmentationQuality::Fast); break;
+    case SegmentationMethod::LearnedBest: made = learned(SegmentationQuality::Best); break;
     case SegmentationMethod::Otsu: made = std::make_unique<OtsuSegmenter>(evidence, ice); break;
     case SegmentationMethod::LocalOtsu:
       made = std::make_unique<LocalOtsuSegmenter>(parameters.local_otsu, evidence, ice);

@@ -3,9 +3,11 @@
 /// Every segmentation method by its name.
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "watersky/vision/edges.hpp"
+#include "watersky/vision/learned_segmenter.hpp"
 #include "watersky/vision/local_otsu.hpp"
 #include "watersky/vision/segmenter.hpp"
 #include "watersky/vision/two_class.hpp"
@@ -13,9 +15,20 @@
 
 namespace watersky {
 
-enum class SegmentationMethod { Otsu, LocalOtsu, Edges, Watershed };
+enum class SegmentationMethod {
+  Learned,
+  LearnedFast,
+  LearnedBest,
+  Otsu,
+  LocalOtsu,
+  Edges,
+  Watershed
+};
 
-inline constexpr SegmentationMethod kDefaultSegmentationMethod = SegmentationMethod::Otsu;
+inline constexpr SegmentationMethod kDefaultSegmentationMethod = SegmentationMethod::Learned;
+
+/// Whether it works by an IceModel.
+[[nodiscard]] bool is_learned(SegmentationMethod method);
 
 /// All of them, in the order in which they are shown.
 [[nodiscard]] std::span<const SegmentationMethod> segmentation_methods();
@@ -31,18 +44,26 @@ inline constexpr SegmentationMethod kDefaultSegmentationMethod = SegmentationMet
 
 /// Of all methods; each reads its own.
 struct SegmentationParameters {
+  /// Of the learned methods; nullptr: the one that ships.
+  std::shared_ptr<const IceModel> model;
+  LearnedParameters learned;
   TwoClassEvidence evidence;
   LocalOtsuParameters local_otsu;
   EdgeParameters edges;
   WatershedParameters watershed;
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
+    LearnedParameters::describe(self.learned, visit);
     TwoClassEvidence::describe(self.evidence, visit);
     LocalOtsuParameters::describe(self.local_otsu, visit);
     EdgeParameters::describe(self.edges, visit);
     WatershedParameters::describe(self.watershed, visit);
   }
 };
+
+/// Which model it works by: "shipped", or the file it was read from; empty where it needs none.
+[[nodiscard]] std::string model_name(SegmentationMethod method,
+                                     const SegmentationParameters& parameters);
 
 /// A segmenter that has seen nothing yet. Usage when a parameter is out of its range.
 [[nodiscard]] Result<std::unique_ptr<Segmenter>> make_segmenter(

@@ -18,6 +18,12 @@ struct Findings {
   std::vector<std::string> notes;  ///< what to know before trusting the result, a sentence each
 };
 
+/// Notes on a frame of which nothing is known: by itself, and in a flight.
+inline constexpr const char* kNoteNoContrast = "Shows no contrast that could be ice against water.";
+inline constexpr const char* kNoteBetween =
+    "Shows one class only, and its level lies too far between the flight's ice and water to tell "
+    "which.";
+
 /// Turns images of one flight into probabilities.
 ///
 /// A flight is shown first to observe() (all of it, or a sample), so that a method may learn

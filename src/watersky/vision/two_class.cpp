@@ -96,15 +96,6 @@ PolarityEstimate polarity_in(const detail::CoarseView& view, bool in_colour) {
   return estimate_polarity(scores, 1, in_colour);
 }
 
-std::string note_of(const PolarityEstimate& polarity, const std::string& evidence) {
-  return std::string("Ice was taken as the ") +
-         (polarity.polarity == IcePolarity::Brighter ? "brighter" : "darker") +
-         " class: " + evidence +
-         (polarity.confidence < kSureOfPolarity
-              ? ". This is not sure; give --ice brighter or --ice darker."
-              : ".");
-}
-
 }  // namespace
 
 Status TwoClassSegmenter::check(const TwoClassEvidence& evidence) { return validate(evidence); }
@@ -263,7 +254,7 @@ Findings TwoClassSegmenter::findings() const {
         "No frame shows ice and water apart: the split may be shading or noise. Look at the "
         "images before you trust it.");
   } else if (ice_ == IcePolarity::Auto) {
-    findings.notes.push_back(note_of(*findings.polarity, findings.polarity->evidence));
+    findings.notes.push_back(polarity_note(*findings.polarity));
   }
   return findings;
 }
@@ -275,22 +266,20 @@ Findings TwoClassSegmenter::findings_of(const cv::Mat& image, const cv::Mat& val
   if (depth_ == image.depth()) {
     findings.polarity = polarity();
     if (!view.level.empty() && split_by_flight(classes_, view).by == FlightSplit::By::Nothing)
-      findings.notes.emplace_back(
-          "Shows one class only, and its level lies too far between the flight's ice and water to "
-          "tell which.");
+      findings.notes.emplace_back(kNoteBetween);
     return findings;
   }
   if (!view.two_classes) {
-    findings.notes.emplace_back("Shows no contrast that could be ice against water.");
+    findings.notes.emplace_back(kNoteNoContrast);
     return findings;
   }
   findings.polarity = ice_ != IcePolarity::Auto ? PolarityEstimate{ice_, 1.0, "given"}
                                                 : polarity_in(view, detail::colourful(image));
   if (ice_ == IcePolarity::Auto)
-    findings.notes.push_back(
-        note_of(*findings.polarity, detail::colourful(image)
-                                        ? "the image is in visible light, where ice is brighter"
-                                        : "by the shapes of its pieces"));
+    findings.notes.push_back(polarity_note(
+        {findings.polarity->polarity, findings.polarity->confidence,
+         detail::colourful(image) ? "the image is in visible light, where ice is brighter"
+                                  : "by the shapes of its pieces"}));
   return findings;
 }
 

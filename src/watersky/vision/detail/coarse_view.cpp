@@ -40,13 +40,23 @@ struct Pairs {
       0.0;  ///< change of level across those, from kStepReach_px before to kLag_px behind
 };
 
+int factor_of(cv::Size frame) {
+  return std::max(1, std::min(frame.height, frame.width) / kShortSide_px);
+}
+
+/// Distances in pixels of a view.
+struct Reach {
+  int before;  ///< kStepReach_px
+  int lag;     ///< kLag_px
+};
+
 /// Pairs (x, x + lag) along a line of pixels; the line lies in memory `stride` apart. `shown` may
 /// be null. Plain loops over bytes, so that the compiler makes vectors of them (bench/segment).
 void count_pairs(const float* level, const unsigned char* bright, const unsigned char* shown,
-                 std::ptrdiff_t stride, int from, int to, Pairs& pairs) {
+                 std::ptrdiff_t stride, const Reach& reach, int from, int to, Pairs& pairs) {
   const unsigned char* next = bright + stride;
-  const unsigned char* far = bright + kLag_px * stride;
-  const std::ptrdiff_t before = -kStepReach_px * stride, behind = kLag_px * stride;
+  const unsigned char* far = bright + reach.lag * stride;
+  const std::ptrdiff_t before = -reach.before * stride, behind = reach.lag * stride;
   if (shown) {
     for (int x = from; x < to; ++x) {
       if (!shown[x + before] || !shown[x] || !shown[x + behind]) continue;
@@ -74,24 +84,25 @@ void count_pairs(const float* level, const unsigned char* bright, const unsigned
 
 /// Whether Otsu's classes have edges between them and hold together: one walk along rows and
 /// columns, over pairs of neighbours (edges) and of pixels kLag_px apart (coherence).
-bool has_two_classes(const CoarseView& view) {
+bool has_two_classes(const CoarseView& view, const Reach& reach) {
   const double f = view.bright_fraction, contrast = view.bright - view.dark;
   const int rows = view.level.rows, cols = view.level.cols;
-  if (std::min(rows, cols) <= 2 * kLag_px || contrast <= 0.0) return false;
+  if (std::min(rows, cols) <= 2 * reach.lag || contrast <= 0.0) return false;
   const cv::Mat bright = view.level > view.threshold;
   // Made here, so without gaps between rows: all three march alike.
   WATERSKY_REQUIRE(view.level.isContinuous() && bright.isContinuous() &&
                    (view.valid.empty() || view.valid.isContinuous()));
   const std::ptrdiff_t stride = cols;
   Pairs pairs;
-  // Every other row: what is asked for is a mean over tens of thousands of pairs.
-  const int step = rows >= kShortSide_px ? 2 : 1;
+  // Every other row: what is asked for is a mean over thousands of pairs.
+  const int step = rows >= kShortSide_px / 2 ? 2 : 1;
   for (int y = 0; y < rows; y += step) {
     const float* level = view.level.ptr<float>(y);
     const unsigned char* shown = view.valid.empty() ? nullptr : view.valid.ptr(y);
-    count_pairs(level, bright.ptr(y), shown, 1, kStepReach_px, cols - kLag_px, pairs);
-    if (y >= kStepReach_px && y + kLag_px < rows)
-      count_pairs(level, bright.ptr(y), shown, stride, kStepReach_px, cols - kLag_px, pairs);
+    count_pairs(level, bright.ptr(y), shown, 1, reach, reach.before, cols - reach.lag, pairs);
+    if (y >= reach.before && y + reach.lag < rows)
+      count_pairs(level, bright.ptr(y), shown, stride, reach, reach.before, cols - reach.lag,
+                  pairs);
   }
   if (pairs.all == 0 || pairs.borders == 0) return false;
   const double chance = f * f + (1.0 - f) * (1.0 - f);
@@ -150,10 +161,61 @@ Split split_bins(const double (&counts)[256]) {
   return split;
 }
 
+bool shows_two_classes(const cv::Mat& level, const cv::Mat& valid, double threshold, int reduced) {
+  CoarseView view{.level = level, .valid = valid, .threshold = threshold};
+  double n[2] = {}, sum[2] = {}, square = 0.0, all = 0.0;
+  const auto middle = static_cast<float>(threshold);
+  for (int y = 0; y < level.rows; ++y) {
+    const float* row = level.ptr<float>(y);
+    const unsigned char* shown = valid.empty() ? nullptr : valid.ptr(y);
+    // Row by row in single precision: the compiler makes vectors of it.
+    float above = 0.0F, sums = 0.0F, squares = 0.0F;
+    int bright = 0, members = level.cols;
+    if (shown) {
+      members = 0;
+      for (int x = 0; x < level.cols; ++x) {
+        const float v = shown[x] ? row[x] - middle : 0.0F;
+        members += shown[x] != 0;
+        bright += v > 0.0F;
+        above += v > 0.0F ? v : 0.0F;
+        sums += v;
+        squares += v * v;
+      }
+    } else {
+      for (int x = 0; x < level.cols; ++x) {
+        const float v = row[x] - middle;
+        bright += v > 0.0F;
+        above += v > 0.0F ? v : 0.0F;
+        sums += v;
+        squares += v * v;
+      }
+    }
+    n[1] += bright;
+    n[0] += members - bright;
+    sum[1] += static_cast<double>(above);
+    sum[0] += static_cast<double>(sums - above);
+    all += static_cast<double>(sums);
+    square += static_cast<double>(squares);
+  }
+  const double total = n[0] + n[1];
+  if (std::min(n[0], n[1]) < std::max(1.0, kSmallestFraction * total)) return false;
+  const double dark = sum[0] / n[0], bright = sum[1] / n[1], contrast = bright - dark;
+  const double within =
+      (square - all * all / total) / total - n[0] * n[1] / (total * total) * contrast * contrast;
+  view.dark = threshold + dark;
+  view.bright = threshold + bright;
+  view.bright_fraction = n[1] / total;
+  if (contrast < kSeparation * std::sqrt(std::max(within, 0.0))) return false;
+  // Reduced further than a view would be, the same distances are fewer pixels.
+  const double finer =
+      std::min(1.0, static_cast<double>(factor_of(level.size() * reduced)) / reduced);
+  return has_two_classes(view, {std::max(1, cvRound(finer * kStepReach_px)),
+                                std::max(1, cvRound(finer * kLag_px))});
+}
+
 CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid, Cleaned cleaned) {
   CoarseView view;
-  const int factor = std::max(1, std::min(frame.rows, frame.cols) / kShortSide_px);
-  // Whole blocks only: some ten times as fast, for a few pixels less at the far edges.
+  const int factor = factor_of(frame.size());
   const cv::Size size(frame.cols / factor, frame.rows / factor);
   const cv::Rect whole(0, 0, size.width * factor, size.height * factor);
   const auto reduced = [&](const cv::Mat& image) {
@@ -243,7 +305,7 @@ CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid, Cleaned clean
   view.two_classes =
       split.separation >= kSeparation &&
       std::min(split.bright_fraction, 1.0 - split.bright_fraction) >= kSmallestFraction &&
-      has_two_classes(view);
+      has_two_classes(view, {kStepReach_px, kLag_px});
   return view;
 }
 

@@ -29,6 +29,12 @@ enum class Cleaned { Before, After };
 [[nodiscard]] CoarseView coarse_view(const cv::Mat& gray, const cv::Mat& valid,
                                      Cleaned cleaned = Cleaned::Before);
 
+/// CoarseView::two_classes of a frame that somebody else averaged already, over `reduced` x
+/// `reduced` of its pixels, and of Otsu's threshold: without histogram or blur. `level`: CV_32FC1,
+/// `valid` CV_8U or empty, both continuous.
+[[nodiscard]] bool shows_two_classes(const cv::Mat& level, const cv::Mat& valid, double threshold,
+                                     int reduced);
+
 /// Otsu's split of 256 equal bins.
 struct Split {
   int last_dark_bin = 0;

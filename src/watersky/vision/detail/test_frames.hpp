@@ -8,12 +8,13 @@
 
 namespace watersky::test {
 
-/// Round floes that do not touch, on at least `fraction` of the image.
+/// Round floes that do not touch, on at least `fraction` of the image if they find room.
 inline cv::Mat floes(cv::RNG& rng, cv::Size size, double fraction, int largest_px = 60) {
   cv::Mat ice(size, CV_8U, cv::Scalar(0)), taken(size, CV_8U, cv::Scalar(0));
   const double target = fraction * static_cast<double>(ice.total());
   double radius = largest_px;
-  for (int miss = 0; target > 0 && cv::countNonZero(ice) < target;) {
+  int shrunk = 0;
+  for (int miss = 0; target > 0 && shrunk < 200 && cv::countNonZero(ice) < target;) {
     const cv::Point centre(rng.uniform(0, size.width), rng.uniform(0, size.height));
     cv::Mat floe(size, CV_8U, cv::Scalar(0));
     const int r = static_cast<int>(radius);
@@ -23,6 +24,7 @@ inline cv::Mat floes(cv::RNG& rng, cv::Size size, double fraction, int largest_p
       if (++miss > 20) {
         radius = std::max(4.0, 0.8 * radius);
         miss = 0;
+        ++shrunk;
       }
       continue;
     }
