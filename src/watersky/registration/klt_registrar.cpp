@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 
 #include "watersky/registration/detail/gray.hpp"
 #include "watersky/registration/detail/registrars.hpp"
@@ -19,6 +20,7 @@ namespace {
 constexpr int kSmallest_px = 48;
 constexpr std::size_t kFewestInliers = 14;
 constexpr std::size_t kFewestReturned = 10;
+constexpr int kFineCorners = 300;  ///< at scales where they are looked for anew
 constexpr double kLeastInlierShare = 0.4;  ///< of what was tracked both ways
 /// Pictures of different places have correlation peaks of 3 to 5 spreads, of one place 6 to 40.
 constexpr double kLeastPeak = 5.0;
@@ -70,6 +72,22 @@ double largest_move(std::span<const PointPair> pairs, const Eigen::Matrix3d& one
   for (const PointPair& pair : pairs)
     most = std::max(most, cv::norm(apply(one, pair.a) - apply(other, pair.a)));
   return most;
+}
+
+/// What of A is seen in B, in pixels of A reduced.
+std::vector<cv::Point2f> overlap_in(cv::Size a, cv::Size b, const Eigen::Matrix3d& b_from_a,
+                                    int reduction) {
+  const Eigen::Matrix3d to_here = full_from_reduced(reduction).inverse();
+  std::vector<cv::Point2f> of_a, of_b, both;
+  for (const cv::Point2d& p : corners_of(a)) of_a.emplace_back(apply(to_here, p));
+  const Eigen::Matrix3d a_from_b = b_from_a.inverse();
+  for (const cv::Point2d& p : corners_of(b)) {
+    const cv::Point2d q = apply(a_from_b, p);
+    if (!std::isfinite(q.x)) return of_a;  // B reaches beyond what A can see
+    of_b.emplace_back(apply(to_here, q));
+  }
+  cv::intersectConvexConvex(of_a, of_b, both);
+  return both.size() < 3 ? of_a : both;
 }
 
 class KltRegistrar final : public Registrar {
@@ -222,7 +240,8 @@ class KltRegistrar final : public Registrar {
       const Scale sa = at(a), sb = at(b);
       if (corners_of > 3 * sa.reduction ||
           (corners_of > 2 * sa.reduction && corners_of == a.coarse().reduction)) {
-        corners = sa.corners(300, std::max(sa.pixels.cols, sa.pixels.rows) / 60.0);
+        corners = sa.corners(kFineCorners, overlap_in(a.size, b.size, found.fit->b_from_a,
+                                                      sa.reduction));
         corners_of = sa.reduction;
       }
       const Eigen::Matrix3d here_from_corners =

@@ -187,11 +187,20 @@ std::vector<cv::Point2f> corners_in(const View& view, int most, double apart_px)
   return corners;
 }
 
-std::vector<cv::Point2f> Scale::corners(int most, double apart_px) const {
+std::vector<cv::Point2f> Scale::corners(int most, const std::vector<cv::Point2f>& outline) const {
   std::vector<cv::Point2f> found;
   cv::Mat mask;
-  if (!valid.empty()) cv::erode(valid, mask, cv::Mat::ones(9, 9, CV_8U));
-  cv::goodFeaturesToTrack(pixels, found, most, kQuality, apart_px, mask, 5);
+  if (valid.empty())
+    mask = cv::Mat(pixels.size(), CV_8U, cv::Scalar(255));
+  else
+    cv::erode(valid, mask, cv::Mat::ones(9, 9, CV_8U));
+  std::vector<cv::Point> polygon;
+  for (const cv::Point2f& p : outline) polygon.emplace_back(cvRound(p.x), cvRound(p.y));
+  cv::Mat inside(pixels.size(), CV_8U, cv::Scalar(0));
+  cv::fillConvexPoly(inside, polygon, 255);
+  mask &= inside;
+  const double apart_px = 0.6 * std::sqrt(cv::countNonZero(mask) / static_cast<double>(most));
+  cv::goodFeaturesToTrack(pixels, found, most, kQuality, std::max(4.0, apart_px), mask, 5);
   return found;
 }
 

@@ -39,7 +39,9 @@ struct Scale {
   int reduction = 1;
   cv::Mat pixels;  ///< CV_32FC1
   cv::Mat valid;   ///< CV_8UC1 or empty
-  [[nodiscard]] std::vector<cv::Point2f> corners(int most, double apart_px) const;
+  /// Inside `outline`, spread over it.
+  [[nodiscard]] std::vector<cv::Point2f> corners(int most,
+                                                 const std::vector<cv::Point2f>& outline) const;
 };
 [[nodiscard]] Eigen::Matrix3d full_from_reduced(int reduction);
 
