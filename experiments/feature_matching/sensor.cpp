@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
@@ -6,6 +7,19 @@
 #include "watersky/io/image_file.hpp"
 
 namespace watersky::study {
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double v : values) sum += v;
+  return values.empty() ? std::nan("") : sum / static_cast<double>(values.size());
+}
+
+double median(std::vector<double> values) {
+  if (values.empty()) return std::nan("");
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
 
 Result<std::vector<cv::Mat>> read_pictures(const std::filesystem::path& folder, int width_px) {
   WATERSKY_TRY(const auto files, list_images(folder));
@@ -24,6 +38,15 @@ Result<std::vector<cv::Mat>> read_pictures(const std::filesystem::path& folder, 
   return pictures;
 }
 
+cv::Mat view_of(const cv::Mat& picture, const Eigen::Matrix3d& picture_from_view, cv::Size size) {
+  cv::Matx33d m;
+  for (int i = 0; i < 9; ++i) m.val[i] = picture_from_view(i / 3, i % 3);
+  cv::Mat out;
+  cv::warpPerspective(picture, out, m, size, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
+                      cv::BORDER_REFLECT_101);
+  return out;
+}
+
 cv::Mat fixed_pattern(cv::Size size, std::uint64_t seed) {
   constexpr double kPixels = 1.0, kColumns = 0.5;
   cv::RNG rng(seed);
@@ -39,8 +62,8 @@ cv::Mat seen_by_sensor(const cv::Mat& level, double contrast, const cv::Mat& pat
   cv::Mat noise(level.size(), CV_32F), value, out;
   rng.fill(noise, cv::RNG::NORMAL, 0.0, noise_sigma);
   level.convertTo(value, CV_32F);
-  const double mean = cv::mean(value)[0];
-  value = (value - mean) * contrast + mean + noise;
+  const double level_mean = cv::mean(value)[0];
+  value = (value - level_mean) * contrast + level_mean + noise;
   if (!pattern.empty()) value += pattern;
   value.convertTo(out, CV_8U);
   return out;

@@ -11,7 +11,6 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
-#include <random>
 #include <string>
 #include <vector>
 
@@ -33,7 +32,6 @@ inline void print_figure(const std::string& name, double value, const char* unit
 
 /// To standard error and into OUT/table.txt.
 [[gnu::format(printf, 1, 2)]] void tell(const char* format, ...);
-[[nodiscard]] const std::string& told();
 
 class Stopwatch {
  public:
@@ -45,6 +43,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
+[[nodiscard]] double mean(const std::vector<double>& values);
+[[nodiscard]] double median(std::vector<double> values);
+
 /// A method under study with its registrar.
 struct Contender {
   RegistrationMethod method;
@@ -54,47 +55,65 @@ struct Contender {
 /// Those that this build's OpenCV has; what it lacks is told.
 [[nodiscard]] std::vector<Contender> contenders();
 
-/// A frame of a sequence, where its truth is known with the homography to the one before.
+/// A frame of a sequence and, where it is known, the homography from the scene's plane to it.
 struct SequenceFrame {
   cv::Mat image;
-  std::optional<Eigen::Matrix3d> from_first;  ///< pixels of a plane to this frame's
+  std::optional<Eigen::Matrix3d> frame_from_scene;
+  bool repeated = false;  ///< known to be the frame before once more
 };
 /// Frames one after the other; nullopt at the end.
 struct Sequence {
-  std::string name;
+  std::string name;  ///< as figures spell it
   std::function<Result<std::optional<SequenceFrame>>()> next;
 };
+/// A video, or a folder of images by name; frames wider than 1000 px are reduced to that.
 [[nodiscard]] Result<Sequence> open_sequence(const std::filesystem::path& video_or_folder);
 
 /// A thermal camera's video over real pictures, as the thesis's from Eggemoen was: little
 /// contrast, frames recorded twice, motion blur, frames dropped. Its truth is known.
 struct MadeVideo {
   double contrast = 0.25;  ///< of the pictures' own
-  int frames = 300;
+  int frames = 200;
   std::uint64_t seed = 1;
 };
-[[nodiscard]] Result<Sequence> made_video(const std::filesystem::path& pictures, MadeVideo options);
+[[nodiscard]] Sequence made_video(const std::vector<cv::Mat>& pictures, const MadeVideo& options);
 
-/// Every file in `folder`, gray 8 bit, no wider than `width_px`.
+/// Every image in `folder`, gray 8 bit, reduced to `width_px` where it is wider.
 [[nodiscard]] Result<std::vector<cv::Mat>> read_pictures(const std::filesystem::path& folder,
                                                          int width_px);
 
+/// A picture as seen through picture_from_view.
+[[nodiscard]] cv::Mat view_of(const cv::Mat& picture, const Eigen::Matrix3d& picture_from_view,
+                              cv::Size size);
 /// Contrast c about the mean, a pattern common to frames, noise of its own, in 8 bit.
 [[nodiscard]] cv::Mat seen_by_sensor(const cv::Mat& level, double contrast, const cv::Mat& pattern,
                                      double noise_sigma, std::uint64_t seed);
 /// Pixels and columns of a sensor, levels.
 [[nodiscard]] cv::Mat fixed_pattern(cv::Size size, std::uint64_t seed);
 
-/// Table 4.2 with figures 4.6 to 4.8 for a sequence.
-Status study_sequence(const std::filesystem::path& video_or_folder, const Sequence& opened,
+/// Table 4.2 with Figures 4.6 to 4.8 for a sequence. `thesis_duplicates`: frames are skipped by
+/// the thesis's rule alone.
+Status study_sequence(const Sequence& sequence, bool thesis_duplicates,
                       const std::filesystem::path& out);
+
+/// Figure 4.6: histograms of the distances of consecutive frames.
+Status write_figure_4_6(const std::filesystem::path& file, const std::vector<double>& l2_norms,
+                        const std::vector<double>& hellinger);
+/// Figure 4.7: matches over the sequence, gray bars where a pair was registered.
+struct MethodCourse {
+  std::string name;
+  std::vector<std::size_t> matches;
+  std::vector<bool> registered;
+};
+Status write_figure_4_7(const std::filesystem::path& file, const std::vector<MethodCourse>& courses);
 
 /// Known warps at 640x360; figures feature_matching.warps.*.
 Status study_warps(const std::vector<std::filesystem::path>& folders, int pairs_each,
                    std::uint64_t seed);
 
-/// Every pair and the triplet of hotrax_pack_ice; triplets of brighton_beach.
+/// Pictures that have only a few pairs in common: every pair, and its triplet.
 Status study_hotrax(const std::filesystem::path& folder, const std::filesystem::path& out);
+/// Consecutive drone frames: how well three homographies close around three frames.
 Status study_brighton(const std::filesystem::path& folder);
 
 }  // namespace watersky::study

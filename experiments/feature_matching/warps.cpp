@@ -3,9 +3,9 @@
 /// is not.
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
-#include <opencv2/imgcodecs.hpp>
+#include <random>
 
 #include "study.hpp"
 #include "watersky/registration/homography.hpp"
@@ -39,12 +39,7 @@ Eigen::Matrix3d shifted(double x, double y) {
 }
 
 cv::Mat view(const cv::Mat& picture, const Eigen::Matrix3d& picture_from_view) {
-  cv::Matx33d m;
-  for (int i = 0; i < 9; ++i) m.val[i] = picture_from_view(i / 3, i % 3);
-  cv::Mat out;
-  cv::warpPerspective(picture, out, m, {kWidth, kHeight}, cv::INTER_CUBIC | cv::WARP_INVERSE_MAP,
-                      cv::BORDER_REFLECT_101);
-  return out;
+  return view_of(picture, picture_from_view, {kWidth, kHeight});
 }
 
 class Maker {
@@ -100,18 +95,6 @@ struct Tally {
   int pairs = 0, right = 0, wrong = 0;
   std::vector<double> error_px, predicted_px, seconds;
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return std::nan("");
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-double mean(const std::vector<double>& values) {
-  double sum = 0;
-  for (const double v : values) sum += v;
-  return values.empty() ? std::nan("") : sum / static_cast<double>(values.size());
-}
 
 double rms_corner_error(const Eigen::Matrix3d& found, const Eigen::Matrix3d& truth) {
   double square = 0;
