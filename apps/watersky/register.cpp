@@ -113,8 +113,8 @@ VerbResult run(const Options& options, const Common& common) {
     std::vector<unsigned char> bytes;
     if (!cv::imencode(fs::path(options.out).extension().string(), draw_matches(a, b, found), bytes))
       return Error{ErrorCode::Io, options.out + ": cannot be encoded"};
-    WATERSKY_CHECK(write_file(options.out, {reinterpret_cast<const char*>(bytes.data()),
-                                            bytes.size()}));
+    WATERSKY_CHECK(
+        write_file(options.out, {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
     say(common, "  " + options.out + ": the matches");
   }
   return to_json(options, found, seconds);
@@ -124,9 +124,9 @@ VerbResult run(const Options& options, const Common& common) {
 
 void add_register(CLI::App& app) {
   auto options = std::make_shared<Options>();
-  CLI::App& verb = add_verb(
-      app, "register", "Find the homography from pixels of one picture to those of another",
-      [options](const Common& common) { return run(*options, common); });
+  CLI::App& verb = add_verb(app, "register",
+                            "Find the homography from pixels of one picture to those of another",
+                            [options](const Common& common) { return run(*options, common); });
   verb.add_option("A", options->a, "the picture to start from: JPEG, PNG, TIFF, 8 or 16 bit")
       ->required();
   verb.add_option("B", options->b, "the picture to arrive at")->required();

@@ -30,11 +30,11 @@ std::string label(double x, double y, const std::string& words, const char* anch
 std::string panel(double x, double y, const std::string& title, const std::string& unit,
                   double most_x, double most_y, const std::string& inside) {
   return "<g transform=\"translate(" + number(x) + " " + number(y) + ")\">" +
-         label(kWidth / 2, -10, title) + inside +
-         "<rect width=\"" + number(kWidth) + "\" height=\"" + number(kHeight) +
-         "\" fill=\"none\" stroke=\"#555\"/>" + label(0, kHeight + 16, "0") +
-         label(kWidth, kHeight + 16, number(most_x)) + label(kWidth / 2, kHeight + 16, unit) +
-         label(-6, 10, number(most_y), "end") + label(-6, kHeight, "0", "end") + "</g>\n";
+         label(kWidth / 2, -10, title) + inside + "<rect width=\"" + number(kWidth) +
+         "\" height=\"" + number(kHeight) + "\" fill=\"none\" stroke=\"#555\"/>" +
+         label(0, kHeight + 16, "0") + label(kWidth, kHeight + 16, number(most_x)) +
+         label(kWidth / 2, kHeight + 16, unit) + label(-6, 10, number(most_y), "end") +
+         label(-6, kHeight, "0", "end") + "</g>\n";
 }
 
 std::string svg(double width, double height, const std::string& inside) {
@@ -46,7 +46,8 @@ std::string svg(double width, double height, const std::string& inside) {
 std::string histogram(double x, const std::string& title, const std::string& unit,
                       const std::vector<double>& values, std::optional<double> threshold) {
   constexpr std::size_t kBins = 60;
-  const double most = values.empty() ? 1.0 : std::max(1e-9, *std::max_element(values.begin(), values.end()));
+  const double most =
+      values.empty() ? 1.0 : std::max(1e-9, *std::max_element(values.begin(), values.end()));
   std::vector<std::size_t> counts(kBins, 0);
   for (const double v : values)
     ++counts[std::min(kBins - 1, static_cast<std::size_t>(v / most * kBins))];
@@ -92,8 +93,8 @@ Status write_figure_4_7(const std::filesystem::path& file,
       const double x = step * static_cast<double>(i);
       if (course.registered[i]) bars += rectangle(x, 0, step, kHeight, "#d4d4d4");
       line += number(x + step / 2) + "," +
-              number(kHeight * (1.0 - static_cast<double>(course.matches[i]) /
-                                          static_cast<double>(most))) +
+              number(kHeight *
+                     (1.0 - static_cast<double>(course.matches[i]) / static_cast<double>(most))) +
               " ";
     }
     inside += panel(kMargin, y, course.name + ": matches; gray where registered", "frame",

@@ -141,8 +141,8 @@ Status study_brighton(const std::filesystem::path& folder) {
   print_figure(figure + ".triplet_closure_worst_median_px",
                medians.empty() ? std::nan("") : *std::max_element(medians.begin(), medians.end()),
                "px");
-  tell("%d of %zu registered; %d triplets close to %.2f px (median of medians)\n", registered, n - 1,
-       triplets, median(medians));
+  tell("%d of %zu registered; %d triplets close to %.2f px (median of medians)\n", registered,
+       n - 1, triplets, median(medians));
   return {};
 }
 

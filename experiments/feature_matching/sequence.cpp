@@ -100,8 +100,7 @@ Status step(const Contender& contender, const SequenceFrame& before, const Seque
       }
     }
     if (course.last && course.two_before.data()) {
-      WATERSKY_TRY(const Registration straight,
-                   contender.registrar->align(course.two_before, now));
+      WATERSKY_TRY(const Registration straight, contender.registrar->align(course.two_before, now));
       if (straight.fit)
         course.closure_px.push_back(
             closure(*course.last, found.fit->b_from_a, straight.fit->b_from_a, now.size()));
@@ -151,9 +150,9 @@ Status study_sequence(const Sequence& sequence, bool thesis_duplicates,
       std::optional<Registration> found;
       WATERSKY_CHECK(step(methods[m], *before, *frame, course, found));
       if (images == kShownPair)
-        WATERSKY_CHECK(write_picture(out / ("figure_4_8_" + sequence.name + "_" +
-                                            methods[m].name + ".png"),
-                                     draw_matches(before->image, frame->image, *found)));
+        WATERSKY_CHECK(
+            write_picture(out / ("figure_4_8_" + sequence.name + "_" + methods[m].name + ".png"),
+                          draw_matches(before->image, frame->image, *found)));
     }
     before = std::move(frame);
   }
@@ -161,8 +160,8 @@ Status study_sequence(const Sequence& sequence, bool thesis_duplicates,
   print_figure(prefix + "images_read", read);
   print_figure(prefix + "duplicates_by_hellinger", duplicates.thesis);
   print_figure(prefix + "duplicates_by_pixels", duplicates.ours);
-  tell("\n%s: %d images read; duplicates by the thesis's rule %d, by pixels %d", sequence.name.c_str(),
-       read, duplicates.thesis, duplicates.ours);
+  tell("\n%s: %d images read; duplicates by the thesis's rule %d, by pixels %d",
+       sequence.name.c_str(), read, duplicates.thesis, duplicates.ours);
   const bool truth = before && before->frame_from_scene;
   if (truth) {
     print_figure(prefix + "frames_lost_by_hellinger", duplicates.thesis_lost);
@@ -190,8 +189,8 @@ Status study_sequence(const Sequence& sequence, bool thesis_duplicates,
       std::snprintf(right, sizeof right, "%d", c.right);
       std::snprintf(wrong, sizeof wrong, "%d", c.wrong);
     }
-    tell("%-7s %7d %8d %12d %9.2f %7s %7s %10.2f %11.2f\n", c.figure.name.c_str(), images, c.matched,
-         c.homographies, 1e3 * mean(c.seconds), right, wrong, median(c.corner_error_px),
+    tell("%-7s %7d %8d %12d %9.2f %7s %7s %10.2f %11.2f\n", c.figure.name.c_str(), images,
+         c.matched, c.homographies, 1e3 * mean(c.seconds), right, wrong, median(c.corner_error_px),
          median(c.closure_px));
     figures.push_back(c.figure);
   }

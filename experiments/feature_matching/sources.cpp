@@ -24,7 +24,8 @@ cv::Mat reduced(cv::Mat image) {
 
 Sequence of_loaders(std::string name, std::vector<ImageLoader> loaders) {
   auto at = std::make_shared<std::size_t>(0);
-  return {std::move(name), [at, loaders = std::move(loaders)]() -> Result<std::optional<SequenceFrame>> {
+  return {std::move(name),
+          [at, loaders = std::move(loaders)]() -> Result<std::optional<SequenceFrame>> {
             if (*at == loaders.size()) return std::optional<SequenceFrame>();
             WATERSKY_TRY(cv::Mat image, loaders[(*at)++]({.color = false}));
             return std::optional(SequenceFrame{reduced(std::move(image)), std::nullopt});
@@ -87,7 +88,8 @@ class Flyover {
   /// Back and forth over the picture at up to 15 px a frame, turning by up to 20°.
   [[nodiscard]] Eigen::Matrix3d scene_from_frame(double t) const {
     const cv::Mat& scene = pictures_[picture_index(time_)];
-    const double x = scene.cols / 2.0 + 0.3 * (scene.cols - kSize.width) * std::sin(0.05 * t + phase_);
+    const double x =
+        scene.cols / 2.0 + 0.3 * (scene.cols - kSize.width) * std::sin(0.05 * t + phase_);
     const double y = scene.rows / 2.0 + 0.3 * (scene.rows - kSize.height) * std::sin(0.037 * t);
     const double angle = 0.35 * std::sin(0.06 * t), zoom = 1.0 + 0.05 * std::sin(0.03 * t);
     Eigen::Matrix3d middle = Eigen::Matrix3d::Identity(), turn = middle, place = middle;
@@ -121,7 +123,8 @@ Result<Sequence> open_sequence(const std::filesystem::path& path) {
   std::vector<ImageLoader> loaders;
   if (is_video_file(path)) {
     WATERSKY_TRY(const VideoInfo info, probe_video(path));
-    for (ImageFrame& frame : video_frames(info, 0.0, Time())) loaders.push_back(std::move(frame.load));
+    for (ImageFrame& frame : video_frames(info, 0.0, Time()))
+      loaders.push_back(std::move(frame.load));
   } else {
     WATERSKY_TRY(const auto files, list_images(path));
     for (const auto& file : files) loaders.push_back(image_loader(file));

@@ -105,7 +105,8 @@ struct MethodCourse {
   std::vector<std::size_t> matches;
   std::vector<bool> registered;
 };
-Status write_figure_4_7(const std::filesystem::path& file, const std::vector<MethodCourse>& courses);
+Status write_figure_4_7(const std::filesystem::path& file,
+                        const std::vector<MethodCourse>& courses);
 
 /// Known warps at 640x360; figures feature_matching.warps.*.
 Status study_warps(const std::vector<std::filesystem::path>& folders, int pairs_each,

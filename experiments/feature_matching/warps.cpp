@@ -73,8 +73,8 @@ class Maker {
     similarity(2, 0) = uniform(-0.015, 0.015) / kWidth;
     similarity(2, 1) = uniform(-0.015, 0.015) / kHeight;
     const double cx = (kWidth - 1) / 2.0, cy = (kHeight - 1) / 2.0;
-    pair.b_from_a = shifted(cx + uniform(-shift, shift), cy + uniform(-shift, shift)) *
-                    similarity * shifted(-cx, -cy);
+    pair.b_from_a = shifted(cx + uniform(-shift, shift), cy + uniform(-shift, shift)) * similarity *
+                    shifted(-cx, -cy);
     pair.b_from_a /= pair.b_from_a(2, 2);
     pair.b = view(picture, at * pair.b_from_a.inverse());
     return pair;
@@ -85,7 +85,9 @@ class Maker {
   double uniform(double low, double high) {
     return std::uniform_real_distribution<>(low, high)(random_);
   }
-  std::size_t whole(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
+  std::size_t whole(std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_);
+  }
 
   const std::vector<cv::Mat>&pictures_, &elsewhere_;
   std::mt19937_64 random_;
@@ -117,8 +119,8 @@ Status judge(const Contender& contender, const KnownPair& pair, const cv::Mat& a
                  found.fit && kind != Kind::Apart
                      ? corner_error_px(found.fit->b_from_a, pair.b_from_a, a.size())
                      : -1.0,
-                 found.fit ? found.fit->corner_sigma_px : -1.0,
-                 std::string(found.start).c_str(), found.reason.c_str());
+                 found.fit ? found.fit->corner_sigma_px : -1.0, std::string(found.start).c_str(),
+                 found.reason.c_str());
   if (!found.fit) return {};
   const double error = kind == Kind::Apart
                            ? std::numeric_limits<double>::infinity()
@@ -150,9 +152,11 @@ Status study_warps(const std::vector<std::filesystem::path>& folders, int pairs_
     const std::string scene = folder.parent_path().filename().string();
     Maker maker(sets[f], sets[(f + 1) % sets.size()], seed + f);
     for (const double contrast : kContrasts) {
-      tell("\n%s, contrast %.2f, noise %.0f levels, 640x360\n%-7s %-6s %6s %7s %7s %9s %9s %8s %8s\n",
-           scene.c_str(), contrast, kNoise, "method", "pairs", "n", "right", "wrong", "error px",
-           "predicted", "mean ms", "median");
+      tell(
+          "\n%s, contrast %.2f, noise %.0f levels, 640x360\n%-7s %-6s %6s %7s %7s %9s %9s %8s "
+          "%8s\n",
+          scene.c_str(), contrast, kNoise, "method", "pairs", "n", "right", "wrong", "error px",
+          "predicted", "mean ms", "median");
       std::vector<std::array<Tally, 3>> tallies(methods.size());
       for (const Kind kind : kKinds) {
         const int n = kind == Kind::Apart ? std::max(1, pairs_each / 4) : pairs_each;
@@ -163,8 +167,8 @@ Status study_warps(const std::vector<std::filesystem::path>& folders, int pairs_
           const cv::Mat b = seen_by_sensor(pair.b, contrast, pattern, kNoise, maker.seed());
           ++total;
           for (std::size_t m = 0; m < methods.size(); ++m)
-            WATERSKY_CHECK(judge(methods[m], pair, a, b, kind,
-                                 tallies[m][static_cast<std::size_t>(kind)]));
+            WATERSKY_CHECK(
+                judge(methods[m], pair, a, b, kind, tallies[m][static_cast<std::size_t>(kind)]));
         }
       }
       for (std::size_t m = 0; m < methods.size(); ++m)

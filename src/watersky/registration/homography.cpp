@@ -72,7 +72,8 @@ class Patches {
       low = {std::min(low.x, pair.a.x), std::min(low.y, pair.a.y)};
       high = {std::max(high.x, pair.a.x), std::max(high.y, pair.a.y)};
     }
-    patch_px_ = std::max({1.0, (high.x - low.x) / kPatchesAcross, (high.y - low.y) / kPatchesAcross});
+    patch_px_ =
+        std::max({1.0, (high.x - low.x) / kPatchesAcross, (high.y - low.y) / kPatchesAcross});
   }
   void add(cv::Point2d at, const Vector8& score) {
     const std::pair<int, int> patch{static_cast<int>(std::floor(at.x / patch_px_)),
@@ -180,7 +181,9 @@ std::optional<HomographyFit> fit_homography(std::span<const PointPair> pairs,
       square += residual.dot(weights[i] * residual);
     }
     const Eigen::LDLT<Matrix8> solver(normal);
-    if (solver.info() != Eigen::Success || !(solver.rcond() > 1e-10)) return std::nullopt;
+    const auto pivots = solver.vectorD();
+    if (solver.info() != Eigen::Success || !(pivots.minCoeff() > 1e-10 * pivots.maxCoeff()))
+      return std::nullopt;
     inverse = solver.solve(Matrix8::Identity());
     if (step == kSteps) break;
     const Vector8 move = inverse * score;
@@ -199,7 +202,8 @@ std::optional<HomographyFit> fit_homography(std::span<const PointPair> pairs,
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const cv::Point2d at = apply(h, conditioned[i].a);
     const Eigen::Vector2d residual(conditioned[i].b.x - at.x, conditioned[i].b.y - at.y);
-    patches.add(pairs[i].a, jacobian(h, conditioned[i].a, at).transpose() * (weights[i] * residual));
+    patches.add(pairs[i].a,
+                jacobian(h, conditioned[i].a, at).transpose() * (weights[i] * residual));
   }
   Eigen::Matrix<double, 8, 8> corners_by_h;
   const auto corners = corners_of(a_size);
@@ -221,8 +225,7 @@ std::optional<HomographyFit> fit_homography(std::span<const PointPair> pairs,
     if (spread(*by_patches) > spread(covariance)) covariance = *by_patches;
   }
   fit.covariance = to_pixels * covariance * to_pixels.transpose();
-  fit.corner_covariance =
-      corners_by_conditioned * covariance * corners_by_conditioned.transpose();
+  fit.corner_covariance = corners_by_conditioned * covariance * corners_by_conditioned.transpose();
   fit.corner_sigma_px = std::sqrt(std::max(0.0, fit.corner_covariance.trace()) / 4.0);
   return fit;
 }

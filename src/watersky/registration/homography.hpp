@@ -31,10 +31,10 @@ namespace watersky {
 
 /// The least squares fit to `pairs` from `start`, of errors in B weighted by their covariances, in
 /// a few Gauss-Newton steps.
-/// Its covariance is scaled by the residuals. Neighbouring pairs may err alike (windows overlap, the
-/// scene is not quite flat), so residuals are summed by patches of the picture and the larger of
-/// the covariance that this gives and of the plain one is taken. nullopt when the pairs (at least
-/// 5) do not determine a homography.
+/// Its covariance is scaled by the residuals. Neighbouring pairs may err alike (windows overlap,
+/// the scene is not quite flat), so residuals are summed by patches of the picture and the larger
+/// of the covariance that this gives and of the plain one is taken. nullopt when the pairs (at
+/// least 5) do not determine a homography.
 [[nodiscard]] std::optional<HomographyFit> fit_homography(std::span<const PointPair> pairs,
                                                           const Eigen::Matrix3d& start,
                                                           cv::Size a_size);

@@ -59,8 +59,7 @@ cv::Mat draw_matches(const cv::Mat& a, const cv::Mat& b, const Registration& fou
     return color;
   };
   const cv::Mat left = shown(a), right = shown(b);
-  cv::Mat out(std::max(left.rows, right.rows), left.cols + right.cols, CV_8UC3,
-              cv::Scalar::all(0));
+  cv::Mat out(std::max(left.rows, right.rows), left.cols + right.cols, CV_8UC3, cv::Scalar::all(0));
   left.copyTo(out(cv::Rect(0, 0, left.cols, left.rows)));
   right.copyTo(out(cv::Rect(left.cols, 0, right.cols, right.rows)));
   const auto in_a = [&](cv::Point2d p) { return cv::Point(p * scale); };

@@ -146,7 +146,8 @@ std::optional<Start> feature_start(const KltFrame& a, const KltFrame& b) {
       fa.descriptors.type() != fb.descriptors.type())
     return std::nullopt;
   std::vector<std::vector<cv::DMatch>> nearest;
-  cv::BFMatcher(fa.descriptors.type() == CV_8U ? cv::NORM_HAMMING : cv::NORM_L2).knnMatch(fa.descriptors, fb.descriptors, nearest, 2);
+  cv::BFMatcher(fa.descriptors.type() == CV_8U ? cv::NORM_HAMMING : cv::NORM_L2)
+      .knnMatch(fa.descriptors, fb.descriptors, nearest, 2);
   std::vector<PointPair> pairs;
   for (const auto& two : nearest)
     if (two.size() == 2 && two[0].distance < kRatio * two[1].distance)

@@ -41,9 +41,8 @@ cv::Matx33d cv_matrix(const Eigen::Matrix3d& m) {
 cv::Mat drawn_as_a(const cv::Mat& b, const Eigen::Matrix3d& b_from_a, cv::Size a_size,
                    double outside) {
   cv::Mat out;
-  cv::warpPerspective(b, out, cv_matrix(b_from_a), a_size,
-                      cv::INTER_LINEAR | cv::WARP_INVERSE_MAP, cv::BORDER_CONSTANT,
-                      cv::Scalar(outside));
+  cv::warpPerspective(b, out, cv_matrix(b_from_a), a_size, cv::INTER_LINEAR | cv::WARP_INVERSE_MAP,
+                      cv::BORDER_CONSTANT, cv::Scalar(outside));
   return out;
 }
 
@@ -65,8 +64,7 @@ double window_correlation(const cv::Mat& a, const cv::Mat& b, cv::Point2f p, cv:
     const std::uint8_t* rc = b.ptr<std::uint8_t>(qy + dy + 1) + qx;
     for (int dx = -half; dx <= half; ++dx) {
       const float va = static_cast<float>(ra[dx]) - 128.0F;
-      const float vb =
-          w00 * rb[dx] + w01 * rb[dx + 1] + w10 * rc[dx] + w11 * rc[dx + 1] - 128.0F;
+      const float vb = w00 * rb[dx] + w01 * rb[dx + 1] + w10 * rc[dx] + w11 * rc[dx + 1] - 128.0F;
       sa += va, sb += vb, saa += va * va, sbb += vb * vb, sab += va * vb;
     }
   }
@@ -97,7 +95,7 @@ struct Followed {
   Eigen::Matrix2d covariance;  ///< px² of `to`, from the window's gradients and what does not match
 };
 std::optional<Followed> follow(const cv::Mat& from, const cv::Mat& to, cv::Point p,
-                                  const Eigen::Matrix3d& start) {
+                               const Eigen::Matrix3d& start) {
   constexpr int kSide = 2 * kHalf_px + 1, kPixels = kSide * kSide, kSteps = 12;
   constexpr float kSettled_px = 0.01F, kMostWander_px = 4.0F;
   if (p.x <= kHalf_px || p.y <= kHalf_px || p.x + kHalf_px + 1 >= from.cols ||
@@ -261,8 +259,8 @@ Tracked track_far(const View& a, const View& b, std::span<const cv::Point2f> cor
   cv::calcOpticalFlowPyrLK(pyramid_a, pyramid_b, from, there, found, ignored, window, levels, until,
                            cv::OPTFLOW_USE_INITIAL_FLOW, 1e-4);
   for (std::size_t i = 0; i < from.size(); ++i) {
-    if (found[i] == 0 || window_correlation(a.levels, seen, from[i], there[i], kHalf_px) <
-                             kLeastWindowCorrelation)
+    if (found[i] == 0 ||
+        window_correlation(a.levels, seen, from[i], there[i], kHalf_px) < kLeastWindowCorrelation)
       continue;
     const cv::Point2d in_b = apply(start, there[i]);
     if (inside(b.size(), in_b)) tracked.matches.push_back({from[i], in_b});
@@ -343,7 +341,8 @@ Agreement agreement(const View& a, const View& b, const Eigen::Matrix3d& b_from_
         sab += ia * ib;
       }
       patches[static_cast<std::size_t>(row * across + column)].add(
-          {double(n), double(textured), double(sa), double(sb), double(saa), double(sbb), double(sab)});
+          {double(n), double(textured), double(sa), double(sb), double(saa), double(sbb),
+           double(sab)});
     }
   }
   Agreement found;

@@ -43,9 +43,8 @@ cv::Mat reduced(const cv::Mat& image, int s, int depth) {
     return out;
   }
   const cv::Size size(std::max(1, image.cols / s), std::max(1, image.rows / s));
-  const cv::Mat whole =
-      image(cv::Rect(0, 0, std::min(image.cols, size.width * s),
-                     std::min(image.rows, size.height * s)));
+  const cv::Mat whole = image(
+      cv::Rect(0, 0, std::min(image.cols, size.width * s), std::min(image.rows, size.height * s)));
   cv::Mat wide;
   whole.convertTo(wide, depth);
   cv::resize(wide, out, size, 0, 0, cv::INTER_AREA);
@@ -75,8 +74,8 @@ cv::Mat flattened(cv::Mat image, const cv::Mat& valid, int width) {
   return image;
 }
 
-/// What whole columns and rows share after flattening is the sensor's: without it two thermal frames
-/// agree best where neither has moved. A scene lends them next to nothing.
+/// What whole columns and rows share after flattening is the sensor's: without it two thermal
+/// frames agree best where neither has moved. A scene lends them next to nothing.
 void take_out_stripes(cv::Mat& image) {
   cv::Mat columns, rows;
   cv::reduce(image, columns, 0, cv::REDUCE_AVG);
@@ -156,7 +155,8 @@ View even_view(const cv::Mat& gray, const cv::Mat& valid, int s) {
   blur(image, view.blur_px);
   cv::Mat spread;
   cv::sqrBoxFilter(image, spread, CV_32F, {width, width}, {-1, -1}, true, cv::BORDER_REFLECT);
-  const double floor = std::max({kRounding / s, kLeastOfSpread * view.texture, kLeastOfNoise * left});
+  const double floor =
+      std::max({kRounding / s, kLeastOfSpread * view.texture, kLeastOfNoise * left});
   const auto least = static_cast<float>(floor * floor);
   const auto middle = static_cast<float>(kMiddle + 0.5), gain = static_cast<float>(kGain);
   const auto quiet = static_cast<float>(std::pow(std::max(kRounding / s, kTextured * left), 2));
@@ -236,14 +236,13 @@ KltFrame::KltFrame(cv::Mat gray, cv::Mat valid) : gray_(std::move(gray)), valid_
 }
 
 const std::vector<cv::Point2f>& KltFrame::coarse_corners() const {
-  std::call_once(corners_once_,
-                 [this] {
-                   // Where little of the picture shows anything, what does is looked at closer.
-                   const double share = cv::countNonZero(coarse_.textured) /
-                                        static_cast<double>(coarse_.textured.total());
-                   const double apart = kCoarseApart_px * std::clamp(std::sqrt(share), 0.5, 1.0);
-                   corners_ = corners_in(coarse_, kCoarseCorners, apart);
-                 });
+  std::call_once(corners_once_, [this] {
+    // Where little of the picture shows anything, what does is looked at closer.
+    const double share =
+        cv::countNonZero(coarse_.textured) / static_cast<double>(coarse_.textured.total());
+    const double apart = kCoarseApart_px * std::clamp(std::sqrt(share), 0.5, 1.0);
+    corners_ = corners_in(coarse_, kCoarseCorners, apart);
+  });
   return corners_;
 }
 

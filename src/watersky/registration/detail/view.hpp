@@ -13,13 +13,13 @@ namespace watersky::detail {
 
 /// One scale of a picture. Its pixel x is the mean of full pixels s x to s x + s - 1.
 struct View {
-  int reduction = 1;    ///< s
-  cv::Mat levels;       ///< CV_8UC1: kMiddle + kGain times the normalised value, clamped
-  cv::Mat valid;        ///< CV_8UC1 or empty: all
-  cv::Mat textured;     ///< CV_8UC1: where there is more than noise; of even_view() alone
-  double texture = 0;   ///< rms of what is left after flattening, gray levels
-  double noise = 0;     ///< rms from pixel to pixel where the view is quietest, before blurring
-  double blur_px = 0;   ///< that was taken against the noise
+  int reduction = 1;   ///< s
+  cv::Mat levels;      ///< CV_8UC1: kMiddle + kGain times the normalised value, clamped
+  cv::Mat valid;       ///< CV_8UC1 or empty: all
+  cv::Mat textured;    ///< CV_8UC1: where there is more than noise; of even_view() alone
+  double texture = 0;  ///< rms of what is left after flattening, gray levels
+  double noise = 0;    ///< rms from pixel to pixel where the view is quietest, before blurring
+  double blur_px = 0;  ///< that was taken against the noise
   cv::Size size() const { return levels.size(); }
   /// Full pixels from this view's.
   [[nodiscard]] Eigen::Matrix3d full_from_view() const;
