@@ -113,14 +113,6 @@ Status judge(const Contender& contender, const KnownPair& pair, const cv::Mat& a
   WATERSKY_TRY(const Registration found, contender.registrar->align(fa, fb));
   tally.seconds.push_back(watch.seconds());
   ++tally.pairs;
-  if (std::getenv("WATERSKY_STUDY_TRACE") && contender.method == RegistrationMethod::Klt)
-    std::fprintf(stderr, "trace %s %s ncc %.3f inl %zu err %.2f sig %.2f start %s %s\n",
-                 name_of(kind), found.fit ? "yes" : "no", found.correlation, found.inliers,
-                 found.fit && kind != Kind::Apart
-                     ? corner_error_px(found.fit->b_from_a, pair.b_from_a, a.size())
-                     : -1.0,
-                 found.fit ? found.fit->corner_sigma_px : -1.0, std::string(found.start).c_str(),
-                 found.reason.c_str());
   if (!found.fit) return {};
   const double error = kind == Kind::Apart
                            ? std::numeric_limits<double>::infinity()
@@ -141,6 +133,7 @@ Status study_warps(const std::vector<std::filesystem::path>& folders, int pairs_
                    std::uint64_t seed) {
   const auto methods = contenders();
   std::vector<Tally> all(methods.size());
+  std::vector<std::array<Tally, kContrasts.size()>> overlapping(methods.size());
   int total = 0;
   std::vector<std::vector<cv::Mat>> sets;
   for (const auto& folder : folders) {
@@ -151,7 +144,8 @@ Status study_warps(const std::vector<std::filesystem::path>& folders, int pairs_
     const auto& folder = folders[f];
     const std::string scene = folder.parent_path().filename().string();
     Maker maker(sets[f], sets[(f + 1) % sets.size()], seed + f);
-    for (const double contrast : kContrasts) {
+    for (std::size_t level = 0; level < kContrasts.size(); ++level) {
+      const double contrast = kContrasts[level];
       tell(
           "\n%s, contrast %.2f, noise %.0f levels, 640x360\n%-7s %-6s %6s %7s %7s %9s %9s %8s "
           "%8s\n",
@@ -189,6 +183,10 @@ Status study_warps(const std::vector<std::filesystem::path>& folders, int pairs_
                name_of(kind), t.pairs, 100.0 * t.right / t.pairs, 100.0 * t.wrong / t.pairs,
                median(t.error_px), median(t.predicted_px), 1e3 * mean(t.seconds),
                1e3 * median(t.seconds));
+          if (kind != Kind::Apart) {
+            overlapping[m][level].pairs += t.pairs;
+            overlapping[m][level].right += t.right;
+          }
           Tally& sum = all[m];
           sum.pairs += t.pairs;
           sum.right += t.right;
@@ -206,13 +204,22 @@ Status study_warps(const std::vector<std::filesystem::path>& folders, int pairs_
   for (std::size_t m = 0; m < methods.size(); ++m) {
     const Tally& t = all[m];
     const std::string figure = "feature_matching.warps." + methods[m].name;
+    tell("%-7s right at contrast", methods[m].name.c_str());
+    for (std::size_t level = 0; level < kContrasts.size(); ++level) {
+      const Tally& o = overlapping[m][level];
+      char contrast[40];
+      std::snprintf(contrast, sizeof contrast, ".contrast_%g.right_share", kContrasts[level]);
+      print_figure(figure + contrast, static_cast<double>(o.right) / o.pairs);
+      tell(" %g: %.1f %%,", kContrasts[level], 100.0 * o.right / o.pairs);
+    }
+    print_figure(figure + ".pairs", t.pairs);
     print_figure(figure + ".wrong_share", static_cast<double>(t.wrong) / t.pairs);
     print_figure(figure + ".mean_ms", 1e3 * mean(t.seconds), "ms");
     print_figure(figure + ".ratio_orb_mean_time", mean(t.seconds) / orb_mean);
     print_figure(figure + ".ratio_orb_median_time", median(t.seconds) / orb_median);
-    tell("%-7s wrong %.2f %%, mean %.2f ms (%.2f of ORB's), median %.2f ms (%.2f of ORB's)\n",
-         methods[m].name.c_str(), 100.0 * t.wrong / t.pairs, 1e3 * mean(t.seconds),
-         mean(t.seconds) / orb_mean, 1e3 * median(t.seconds), median(t.seconds) / orb_median);
+    tell(" wrong %.2f %%, mean %.2f ms (%.2f of ORB's), median %.2f ms (%.2f of ORB's)\n",
+         100.0 * t.wrong / t.pairs, 1e3 * mean(t.seconds), mean(t.seconds) / orb_mean,
+         1e3 * median(t.seconds), median(t.seconds) / orb_median);
   }
   return {};
 }

@@ -20,14 +20,18 @@ namespace {
 constexpr int kSmallest_px = 48;
 constexpr std::size_t kFewestInliers = 14;
 constexpr std::size_t kFewestReturned = 10;
-constexpr int kFineCorners = 300;          ///< at scales where they are looked for anew
-constexpr double kLeastInlierShare = 0.4;  ///< of what was tracked both ways
+constexpr std::size_t kFarCorners = 100;
+constexpr int kDenseCorners = 500;
+constexpr double kDenseApart_px = 4.0;
+constexpr int kFineCorners = 300;           ///< at scales where they are looked for anew
+constexpr double kLeastInlierShare = 0.25;  ///< of what was tracked
 /// Pictures of different places have correlation peaks of 3 to 5 spreads, of one place 6 to 40.
 constexpr double kLeastPeak = 5.0;
 constexpr double kLeastOverlap = 0.12;
 /// Flat ice correlates to 0.6 and more, trees seen from 40 m, which no homography fits, to 0.3;
 /// different places seldom come as far as being asked.
-constexpr double kLeastCorrelation = 0.22;
+constexpr double kLeastCorrelation = 0.16;
+constexpr double kGoodCorrelation = 0.4;
 constexpr double kLeastChances = 8.0;
 constexpr double kLeastPatches = 0.5;
 /// A picture that has not moved is also what a sensor's fixed pattern says.
@@ -65,6 +69,13 @@ std::vector<PointPair> to_full(int a, int b, std::span<const PointPair> pairs) {
 }
 std::optional<HomographyFit> to_full(int a, int b, const HomographyFit& fit, cv::Size a_size) {
   return fit_homography(to_full(a, b, fit.inliers), to_full(a, b, fit.b_from_a), a_size);
+}
+
+double worst_corner_sigma_px(const HomographyFit& fit) {
+  double worst = 0.0;
+  for (int k = 0; k < 4; ++k)
+    worst = std::max(worst, fit.corner_covariance.block<2, 2>(2 * k, 2 * k).trace());
+  return std::sqrt(worst);
 }
 
 /// How far two homographies differ over what `pairs` cover.
@@ -164,8 +175,10 @@ class KltRegistrar final : public Registrar {
                            Registration& found) {
     const View &va = a.coarse(), &vb = b.coarse();
     const int ra = va.reduction, rb = vb.reduction;
-    const Tracked tracked =
-        track_far(va, vb, a.coarse_corners(), start, options(a, b, ra, rb, 1.5));
+    // The strongest come first; for a rough homography they are enough.
+    const std::span<const cv::Point2f> corners = a.coarse_corners();
+    const Tracked tracked = track_far(va, vb, corners.first(std::min(corners.size(), kFarCorners)),
+                                      start, options(a, b, ra, rb, 1.5));
     for (const cv::Point2f& p : a.coarse_corners())
       found.points_a.push_back(apply(va.full_from_view(), p));
     found.matches = to_full(ra, rb, tracked.matches);
@@ -262,13 +275,18 @@ class KltRegistrar final : public Registrar {
     if (!both_ways &&
         !track_at(a, b, a.coarse_scale(), b.coarse_scale(), a.coarse_corners(), before, found))
       return refuse(found, "the tracks do not come back to where they began");
+    // Pictures that agree little must be known the better: trees seen from low are no plane.
     const double diagonal = std::hypot(a.size.width, a.size.height);
     const double b_over_a = static_cast<double>(b.coarse().reduction) / a.coarse().reduction;
-    double worst = 0.0;
-    for (int k = 0; k < 4; ++k)
-      worst = std::max(worst, found.fit->corner_covariance.block<2, 2>(2 * k, 2 * k).trace());
-    worst = std::sqrt(worst);
-    found.ill_determined = !(worst <= kMostCornerSigma * diagonal * b_over_a);
+    const double most = kMostCornerSigma * diagonal * b_over_a *
+                        std::min(1.0, found.correlation / kGoodCorrelation);
+    if (!(worst_corner_sigma_px(*found.fit) <= most)) {
+      // Where only a part shows anything, every place there counts.
+      const auto dense = corners_in(a.coarse(), kDenseCorners, kDenseApart_px);
+      track_at(a, b, a.coarse_scale(), b.coarse_scale(), dense, a.coarse().reduction, found);
+    }
+    const double worst = worst_corner_sigma_px(*found.fit);
+    found.ill_determined = !(worst <= most);
     if (found.ill_determined)
       return refuse(found, text("a corner would be known to %.1f px only", worst));
     return true;

@@ -18,6 +18,7 @@ namespace {
 constexpr double kTurnStep_deg = 4.0;
 constexpr int kTurnsEachWay = 3;
 constexpr std::size_t kMostStarts = 3;
+constexpr double kStandsOut = 14.0, kBehind = 0.75;
 /// Starts nearer than this, in pixels of the tiny view at its corners, are one.
 constexpr double kAlike_px = 5.0;
 constexpr float kRatio = 0.85F;
@@ -58,7 +59,13 @@ std::vector<Start> correlation_starts(const KltFrame& a, const KltFrame& b) {
                       cv::getOptimalDFTSize(std::max(small_a.rows, small_b.rows)));
   const cv::Mat spectrum_b = spectrum(small_b, size);
   std::vector<Start> starts;
-  for (int k = -kTurnsEachWay; k <= kTurnsEachWay; ++k) {
+  double best = 0.0;
+  for (int i = 0; i <= 2 * kTurnsEachWay; ++i) {
+    const int k = (i + 1) / 2 * (i % 2 == 0 ? 1 : -1);  // 0, -1, 1, -2, 2 …
+    // Once a turn stands out, those beyond its neighbours are of no use.
+    if (best > kStandsOut && starts.size() >= 3 && i % 2 == 1 &&
+        std::max(starts.back().peak, starts[starts.size() - 2].peak) < kBehind * best)
+      break;
     const Eigen::Matrix3d turn =
         turn_about_middle(small_a.size(), k * kTurnStep_deg * CV_PI / 180.0);
     cv::Mat turned;
@@ -84,6 +91,7 @@ std::vector<Start> correlation_starts(const KltFrame& a, const KltFrame& b) {
     shift(0, 2) = dx;
     shift(1, 2) = dy;
     starts.push_back({shift * turn, (most - mean[0]) / spread[0]});
+    best = std::max(best, starts.back().peak);
   }
   std::sort(starts.begin(), starts.end(),
             [](const Start& l, const Start& r) { return l.peak > r.peak; });
