@@ -2,10 +2,10 @@
 #pragma once
 /// What the parts of the study of feature matching share.
 #include <Eigen/Core>
-#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <ctime>
 #include <filesystem>
 #include <functional>
 #include <memory>
@@ -33,14 +33,15 @@ inline void print_figure(const std::string& name, double value, const char* unit
 /// To standard error and into OUT/table.txt.
 [[gnu::format(printf, 1, 2)]] void tell(const char* format, ...);
 
+/// Time of the processor: one thread works, and others on the machine should not count.
 class Stopwatch {
  public:
   [[nodiscard]] double seconds() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+    return static_cast<double>(std::clock() - start_) / CLOCKS_PER_SEC;
   }
 
  private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::clock_t start_ = std::clock();
 };
 
 [[nodiscard]] double mean(const std::vector<double>& values);

@@ -266,6 +266,7 @@ class KltRegistrar final : public Registrar {
       const Eigen::Matrix3d here_from_corners =
           full_from_reduced(sa.reduction).inverse() * full_from_reduced(corners_of);
       std::vector<cv::Point2f> here;
+      here.reserve(corners.size());
       for (const cv::Point2f& p : corners) here.emplace_back(apply(here_from_corners, p));
       if (!track_at(a, b, sa, sb, here, before, found)) break;  // what is known stands
       both_ways = true;

@@ -53,8 +53,13 @@ cv::Mat draw_matches(const cv::Mat& a, const cv::Mat& b, const Registration& fou
   const double scale = std::min(1.0, most_width_px / static_cast<double>(a.cols + b.cols));
   const auto shown = [scale](const cv::Mat& image) {
     cv::Mat small, color;
-    cv::resize(detail::gray_8_bit(image), small, {}, scale, scale,
+    cv::resize(detail::gray_of(image), small, {}, scale, scale,
                scale < 1 ? cv::INTER_AREA : cv::INTER_NEAREST);
+    // Three spreads each way of the mean fill the range: little contrast is to be seen as well.
+    cv::Scalar mean, spread;
+    cv::meanStdDev(small, mean, spread);
+    const double gain = 42.0 / std::max(spread[0], 0.5);
+    small.convertTo(small, CV_8U, gain, 128.0 - gain * mean[0]);
     cv::cvtColor(small, color, cv::COLOR_GRAY2BGR);
     return color;
   };

@@ -161,7 +161,7 @@ std::optional<Start> feature_start(const KltFrame& a, const KltFrame& b) {
     if (two.size() == 2 && two[0].distance < kRatio * two[1].distance)
       pairs.push_back({fa.keypoints[static_cast<std::size_t>(two[0].queryIdx)].pt,
                        fb.keypoints[static_cast<std::size_t>(two[0].trainIdx)].pt});
-  const auto found = consensus(pairs, 3.0, 3000);
+  const auto found = consensus(pairs, 3.0, 2000);
   if (!found || found->inliers.size() < 8) return std::nullopt;
   const auto coarse_from_features = [](const KltFrame& f) -> Eigen::Matrix3d {
     return f.coarse().full_from_view().inverse() * f.feature_view().full_from_view();

@@ -63,8 +63,10 @@ double window_correlation(const cv::Mat& a, const cv::Mat& b, cv::Point2f p, cv:
     const std::uint8_t* rb = b.ptr<std::uint8_t>(qy + dy) + qx;
     const std::uint8_t* rc = b.ptr<std::uint8_t>(qy + dy + 1) + qx;
     for (int dx = -half; dx <= half; ++dx) {
-      const float va = static_cast<float>(ra[dx]) - 128.0F;
-      const float vb = w00 * rb[dx] + w01 * rb[dx + 1] + w10 * rc[dx] + w11 * rc[dx + 1] - 128.0F;
+      const auto at = [](std::uint8_t level) { return static_cast<float>(level) - 128.0F; };
+      const float va = at(ra[dx]);
+      const float vb =
+          w00 * at(rb[dx]) + w01 * at(rb[dx + 1]) + w10 * at(rc[dx]) + w11 * at(rc[dx + 1]);
       sa += va, sb += vb, saa += va * va, sbb += vb * vb, sab += va * vb;
     }
   }
@@ -316,7 +318,7 @@ Agreement agreement(const View& a, const View& b, const Eigen::Matrix3d& b_from_
   };
   constexpr int kPatch = kPatch_px / kStride_px;
   const int across = std::max(1, size.width / kPatch), down = std::max(1, size.height / kPatch);
-  std::vector<Sums> patches(static_cast<std::size_t>(across * down));
+  std::vector<Sums> patches(static_cast<std::size_t>(across) * static_cast<std::size_t>(down));
   for (int y = 0; y < size.height; ++y) {
     const std::uint8_t* pa = a.levels.ptr<std::uint8_t>(kStride_px * y);
     const std::uint8_t* pt =

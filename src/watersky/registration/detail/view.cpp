@@ -195,6 +195,7 @@ std::vector<cv::Point2f> Scale::corners(int most, const std::vector<cv::Point2f>
   else
     cv::erode(valid, mask, cv::Mat::ones(9, 9, CV_8U));
   std::vector<cv::Point> polygon;
+  polygon.reserve(outline.size());
   for (const cv::Point2f& p : outline) polygon.emplace_back(cvRound(p.x), cvRound(p.y));
   cv::Mat inside(pixels.size(), CV_8U, cv::Scalar(0));
   cv::fillConvexPoly(inside, polygon, 255);
@@ -271,7 +272,7 @@ const Features& KltFrame::features() const {
     }
     // Contrast is even already: low thresholds let through what ice has.
     if (feature_view_ == &coarse_) {
-      const auto orb = cv::ORB::create(500, 1.2F, 6, 15, 0, 2, cv::ORB::HARRIS_SCORE, 31, 8);
+      const auto orb = cv::ORB::create(300, 1.25F, 4, 15, 0, 2, cv::ORB::HARRIS_SCORE, 31, 10);
       orb->detectAndCompute(feature_view_->levels, feature_view_->valid, features_.keypoints,
                             features_.descriptors);
       return;

@@ -20,7 +20,7 @@ struct View {
   double texture = 0;  ///< rms of what is left after flattening, gray levels
   double noise = 0;    ///< rms from pixel to pixel where the view is quietest, before blurring
   double blur_px = 0;  ///< that was taken against the noise
-  cv::Size size() const { return levels.size(); }
+  [[nodiscard]] cv::Size size() const { return levels.size(); }
   /// Full pixels from this view's.
   [[nodiscard]] Eigen::Matrix3d full_from_view() const;
 };
