@@ -104,7 +104,7 @@ Status study_hotrax(const std::filesystem::path& folder, const std::filesystem::
 Status study_brighton(const std::filesystem::path& folder) {
   WATERSKY_TRY(const auto registrar, make_registrar(RegistrationMethod::Klt));
   WATERSKY_TRY(const Photographs all, prepare_all(folder, *registrar));
-  std::vector<double> medians;
+  std::vector<double> medians, returns;
   int registered = 0, triplets = 0;
   const std::size_t n = all.frames.size();
   std::vector<std::optional<Eigen::Matrix3d>> next(n);
@@ -117,6 +117,11 @@ Status study_brighton(const std::filesystem::path& folder) {
       tell("%s %s: overlap %.0f %%, %zu inliers, corners to %.2f px\n", all.names[i].c_str(),
            all.names[i + 1].c_str(), 100 * found.overlap, found.inliers,
            found.fit->corner_sigma_px);
+      WATERSKY_TRY(const Registration back, registrar->align(all.frames[i + 1], all.frames[i]));
+      if (back.fit)
+        returns.push_back(closure(found.fit->b_from_a, back.fit->b_from_a,
+                                  Eigen::Matrix3d::Identity(), all.frames[i].size())
+                              .median_px);
     } else {
       tell("%s %s: %s\n", all.names[i].c_str(), all.names[i + 1].c_str(), found.reason.c_str());
     }
@@ -136,11 +141,15 @@ Status study_brighton(const std::filesystem::path& folder) {
   const std::string figure = "feature_matching.brighton_beach.klt";
   print_figure(figure + ".consecutive_pairs", static_cast<double>(n) - 1);
   print_figure(figure + ".consecutive_pairs_registered", registered);
+  print_figure(figure + ".there_and_back", static_cast<double>(returns.size()));
+  print_figure(figure + ".there_and_back_median_px", median(returns), "px");
   print_figure(figure + ".triplets", triplets);
   print_figure(figure + ".triplet_closure_median_px", median(medians), "px");
   print_figure(figure + ".triplet_closure_worst_median_px",
                medians.empty() ? std::nan("") : *std::max_element(medians.begin(), medians.end()),
                "px");
+  tell("%zu there and back again close to %.2f px (median of medians)\n", returns.size(),
+       median(returns));
   tell("%d of %zu registered; %d triplets close to %.2f px (median of medians)\n", registered,
        n - 1, triplets, median(medians));
   return {};

@@ -18,6 +18,7 @@ namespace watersky::detail {
 namespace {
 
 constexpr int kSmallest_px = 48;
+constexpr std::string_view kFromFeatures = "features";
 constexpr std::size_t kFewestInliers = 14;
 constexpr std::size_t kFewestReturned = 10;
 constexpr std::size_t kFarCorners = 100;
@@ -33,7 +34,7 @@ constexpr double kLeastOverlap = 0.12;
 constexpr double kLeastCorrelation = 0.16;
 constexpr double kGoodCorrelation = 0.4;
 constexpr double kLeastChances = 8.0;
-constexpr double kLeastPatches = 0.5;
+constexpr double kLeastPatches = 0.35;
 /// A picture that has not moved is also what a sensor's fixed pattern says.
 constexpr double kStill_px = 1.0, kLeastStillCorrelation = 0.5;
 /// Predicted error of the worst corner, of the picture's diagonal.
@@ -141,7 +142,7 @@ class KltRegistrar final : public Registrar {
     }
     if (const auto s = feature_start(*fa, *fb)) {
       Registration other;
-      other.start = "features";
+      other.start = kFromFeatures;
       if (attempt(*fa, *fb, s->b_from_a, other)) return other;
       if (found.reason.empty() || other.correlation > found.correlation) found = std::move(other);
     }
@@ -175,10 +176,14 @@ class KltRegistrar final : public Registrar {
                            Registration& found) {
     const View &va = a.coarse(), &vb = b.coarse();
     const int ra = va.reduction, rb = vb.reduction;
-    // The strongest come first; for a rough homography they are enough.
-    const std::span<const cv::Point2f> corners = a.coarse_corners();
-    const Tracked tracked = track_far(va, vb, corners.first(std::min(corners.size(), kFarCorners)),
-                                      start, options(a, b, ra, rb, 1.5));
+    // The strongest come first; for a rough homography they are enough. Where only features found
+    // a start, little may be shared: then every place counts.
+    std::vector<cv::Point2f> dense;
+    if (found.start == kFromFeatures) dense = corners_in(va, kDenseCorners, kDenseApart_px);
+    const std::span<const cv::Point2f> strongest = a.coarse_corners();
+    const auto corners =
+        dense.empty() ? strongest.first(std::min(strongest.size(), kFarCorners)) : dense;
+    const Tracked tracked = track_far(va, vb, corners, start, options(a, b, ra, rb, 1.5));
     for (const cv::Point2f& p : a.coarse_corners())
       found.points_a.push_back(apply(va.full_from_view(), p));
     found.matches = to_full(ra, rb, tracked.matches);
