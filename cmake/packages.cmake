@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # The packages of other people that the modules stand on. Each module names those it uses.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
-set(WATERSKY_OPENCV_COMPONENTS core imgproc imgcodecs calib3d)
+set(WATERSKY_OPENCV_COMPONENTS core imgproc imgcodecs calib3d features2d video)
 find_package(OpenCV 4.5 REQUIRED COMPONENTS ${WATERSKY_OPENCV_COMPONENTS})
 find_package(GDAL 3.6 REQUIRED)
 find_package(PROJ 9 REQUIRED CONFIG)

@@ -105,6 +105,7 @@ void warn(const Common& common, const std::string& line);
 void add_map(CLI::App& app);
 void add_segment(CLI::App& app);
 void add_segment_train(CLI::App& segment);
+void add_register(CLI::App& app);
 
 void add_simulate(CLI::App& app);
 void add_inspect(CLI::App& app);

@@ -78,6 +78,28 @@ void polarity(const std::string& set, const std::vector<Picture>& pictures, Trut
   }
 }
 
+/// What the shipped classifier makes of each picture alone; only of pictures that it was not
+/// trained on. Pictures without contrast have no polarity.
+void learned_polarity(const std::string& set, const std::vector<Picture>& pictures,
+                      IcePolarity expected) {
+  if (pictures.empty()) return;
+  const LearnedSegmenter segmenter;
+  std::size_t told = 0, right = 0, sure = 0, sure_and_wrong = 0;
+  for (const auto& picture : pictures) {
+    const auto found = segmenter.findings_of(picture.image, picture.valid).polarity;
+    if (!found) continue;
+    ++told;
+    right += found->polarity == expected;
+    sure += found->confidence >= kSureOfPolarity;
+    sure_and_wrong += found->confidence >= kSureOfPolarity && found->polarity != expected;
+  }
+  const std::string name = "polarity." + set + ".learned.";
+  print_figure(name + "images_told", static_cast<double>(told));
+  print_figure(name + "images_right", static_cast<double>(right));
+  print_figure(name + "images_sure", static_cast<double>(sure));
+  print_figure(name + "images_sure_and_wrong", static_cast<double>(sure_and_wrong));
+}
+
 }  // namespace
 
 void study_polarity(const fs::path& data, const std::vector<LabelledImage>& thermal) {
@@ -90,13 +112,15 @@ void study_polarity(const fs::path& data, const std::vector<LabelledImage>& ther
   polarity("tir_sea_ice", pictures, [&](const Picture& p) { return truth[p.file.string()]; });
   if (data.empty()) return;
   const auto brighter = [](const Picture&) { return IcePolarity::Brighter; };
-  polarity("hotrax_pack_ice", read_folder(data / "hotrax_pack_ice/images", cv::IMREAD_GRAYSCALE),
-           brighter);
+  const auto pack_ice = read_folder(data / "hotrax_pack_ice/images", cv::IMREAD_GRAYSCALE);
+  polarity("hotrax_pack_ice", pack_ice, brighter);
+  learned_polarity("hotrax_pack_ice", pack_ice, IcePolarity::Brighter);
   // With tiles of shore, kelp and seals but no ice among them: a real flight has such frames.
   auto glacier = read_folder(data / "glacier_bay/tiles", cv::IMREAD_COLOR);
   polarity("glacier_bay", glacier, brighter);
   for (auto& picture : glacier) cv::cvtColor(picture.image, picture.image, cv::COLOR_BGR2GRAY);
   polarity("glacier_bay_gray", glacier, brighter);
+  learned_polarity("glacier_bay_gray", glacier, IcePolarity::Brighter);
 }
 
 Status study_points(const fs::path& tiles, const fs::path& points) {

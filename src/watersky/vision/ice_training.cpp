@@ -35,6 +35,8 @@ const std::vector<int> kFineLayers{16, 12};
 /// is known, not to hide what real images look like.
 constexpr double kUnalteredWeight = 16.0;
 constexpr double kDrawnWeight = 0.06;
+/// In what the cues of polarity learn from, where an image weighs as kUnalteredWeight says.
+constexpr double kDrawnPolarityWeight = 0.3;
 /// Of drawn scenes that show one class alone, which few photographs do.
 constexpr double kOneClassWeight = 0.5;
 constexpr int kDrawnEdge_px = 320;
@@ -191,7 +193,7 @@ bool make_drawn_copy(bool in_colour, cv::RNG& random, Copy& copy) {
   cv::minMaxLoc(drawn.mask, &lowest, &highest);
   copy.weight = lowest == highest ? kOneClassWeight : kDrawnWeight;
   const bool whole = prepare(drawn.image, class_planes(drawn.mask), in_colour, true, copy);
-  copy.polarity.weight = drawn.floes_have_shape ? 1.0 : 0.0;
+  copy.polarity.weight = drawn.floes_have_shape ? kDrawnPolarityWeight : 0.0;
   return whole;
 }
 

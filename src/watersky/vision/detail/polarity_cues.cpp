@@ -89,7 +89,7 @@ double polarity_log_odds(const PolarityCues& cues, std::span<const float> weight
 std::array<float, kPolarityCues> fit_polarity(std::span<const PolarityExample> examples) {
   using Vector = Eigen::Matrix<double, kPolarityCues, 1>;
   using Matrix = Eigen::Matrix<double, kPolarityCues, kPolarityCues>;
-  constexpr double kRidge = 1e-2;
+  constexpr double kRidge = 1e-3;
   double total = 0.0;
   for (const auto& e : examples) total += e.weight;
   Vector w = Vector::Zero();
