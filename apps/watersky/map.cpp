@@ -19,7 +19,8 @@ namespace watersky::cli {
 namespace {
 
 struct Options {
-  std::string flight, out, camera_file, mount, log, sea_level, projection, name_pattern, video_start;
+  std::string flight, out, camera_file, mount, log, sea_level, projection, name_pattern,
+      video_start;
   SegmentationChoice segmentation;
   std::optional<double> focal_px;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;

@@ -222,7 +222,8 @@ VerbResult run(const Options& o, const Common& common) {
   const int threads = o.threads > 0 ? o.threads : cores;
   cv::setNumThreads(std::min(threads, cores));
   WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(o.out));
-  auto result = Job(o, std::move(chosen), std::move(files)).run(partial.path(), threads, progress_bar(common));
+  auto result = Job(o, std::move(chosen), std::move(files))
+                    .run(partial.path(), threads, progress_bar(common));
   if (!result) return result.error();
   const SegmentationRun& run = *result;
   if (run.images.empty()) {
@@ -273,7 +274,8 @@ void add_segment(CLI::App& app) {
                   "else ice); auto: binary where 255 occurs")
       ->check(CLI::IsMember({"auto", "classes", "binary"}))
       ->capture_default_str();
-  verb.add_option("--pond-is", o->pond_is, "what melt ponds count as, in masks and by the learned methods")
+  verb.add_option("--pond-is", o->pond_is,
+                  "what melt ponds count as, in masks and by the learned methods")
       ->check(CLI::IsMember({"ice", "water"}))
       ->capture_default_str();
   verb.add_option("--threads", o->threads,

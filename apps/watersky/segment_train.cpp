@@ -79,12 +79,9 @@ VerbResult run(const Options& o, const Common& common) {
   tell("gray", model.gray, model.gray_origin);
   tell("colour", model.colour, model.colour_origin);
   say(common, "Use it: watersky segment IMAGES -o OUT --model " + o.out);
-  return nlohmann::json{{"verb", "segment train"},
-                        {"model", o.out},
-                        {"bytes", text.size()},
-                        {"images", files.size()},
-                        {"with_mask", images.size()},
-                        {"kinds", kinds}};
+  return nlohmann::json{{"verb", "segment train"},    {"model", o.out},
+                        {"bytes", text.size()},       {"images", files.size()},
+                        {"with_mask", images.size()}, {"kinds", kinds}};
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include <opencv2/core.hpp>
 #include <map>
+#include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "study.hpp"
@@ -69,8 +69,9 @@ Result<std::shared_ptr<const IceModel>> learned_from(
 /// Which of the training images a contender may learn from.
 using MayLearnFrom = bool (*)(const LabelledImage&);
 
-Contender trained(const std::string& name, const std::string& what, SegmentationMethod method,
-                  MayLearnFrom may_learn_from = [](const LabelledImage&) { return true; }) {
+Contender trained(
+    const std::string& name, const std::string& what, SegmentationMethod method,
+    MayLearnFrom may_learn_from = [](const LabelledImage&) { return true; }) {
   return {name, what,
           [=](const auto& training, const LabelledImage&,
               PondIs pond) -> Result<std::unique_ptr<Segmenter>> {

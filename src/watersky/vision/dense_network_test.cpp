@@ -39,9 +39,9 @@ Planes random_planes(int count, cv::Size size, cv::RNG& random) {
 std::vector<double> by_hand(const DenseNetwork& network, const Planes& planes, int y, int x) {
   std::vector<double> in;
   for (std::size_t i = 0; i < planes.size(); ++i)
-    in.push_back(std::clamp((planes[i].at<float>(y, x) - network.input_mean[i]) *
-                                network.input_scale[i],
-                            -DenseNetwork::kClamp, DenseNetwork::kClamp));
+    in.push_back(
+        std::clamp((planes[i].at<float>(y, x) - network.input_mean[i]) * network.input_scale[i],
+                   -DenseNetwork::kClamp, DenseNetwork::kClamp));
   for (std::size_t l = 0; l < network.layers.size(); ++l) {
     const auto& layer = network.layers[l];
     std::vector<double> out(layer.biases.begin(), layer.biases.end());

@@ -190,8 +190,9 @@ Result<IceModel> parse_ice_model(std::string_view text, const std::string& name)
   if (last == std::string_view::npos || text.back() != '\n' || text[last - 1] != '\n' ||
       text.find('\n', last) != text.size() - 1)
     return Error{ErrorCode::InvalidInput,
-                 name + ": the checksum at the end is missing: the model was cut short; copy or "
-                        "train it again"};
+                 name +
+                     ": the checksum at the end is missing: the model was cut short; copy or "
+                     "train it again"};
   if (text.substr(last + 6, text.size() - last - 7) != number(checksum(text.substr(0, last)), 16))
     return Error{ErrorCode::InvalidInput,
                  name + ": its checksum is wrong: the model was damaged; copy or train it again"};

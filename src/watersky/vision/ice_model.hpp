@@ -27,8 +27,8 @@ class IceModel {
  public:
   std::optional<IceNetworks> gray;
   std::optional<IceNetworks> colour;
-  std::string name;           ///< where it was read from; not in the file
-  std::string gray_origin;    ///< what it was trained on, one line
+  std::string name;         ///< where it was read from; not in the file
+  std::string gray_origin;  ///< what it was trained on, one line
   std::string colour_origin;
 
   /// The model that ships with Watersky.
@@ -39,8 +39,9 @@ class IceModel {
 /// checksum. Numbers are the shortest that read back the same.
 [[nodiscard]] std::string format_ice_model(const IceModel& model);
 
-/// The inverse. `name` stands in errors and in the model: Unsupported for another version, InvalidInput for text
-/// that is not a model, is cut short, damaged, or made for other features than this program's.
+/// The inverse. `name` stands in errors and in the model: Unsupported for another version,
+/// InvalidInput for text that is not a model, is cut short, damaged, or made for other features
+/// than this program's.
 [[nodiscard]] Result<IceModel> parse_ice_model(std::string_view text, const std::string& name);
 
 }  // namespace watersky

@@ -48,13 +48,15 @@ TEST(IceModel, CutShortIsRefused) {
     ASSERT_FALSE(read.ok()) << size;
     EXPECT_THAT(read.error().message, HasSubstr("short.ice-model"));
   }
-  EXPECT_THAT(parse_ice_model(std::string_view(text).substr(0, text.size() / 2), "m").error().message,
-              HasSubstr("cut short"));
+  EXPECT_THAT(
+      parse_ice_model(std::string_view(text).substr(0, text.size() / 2), "m").error().message,
+      HasSubstr("cut short"));
 }
 
 TEST(IceModel, DamagedIsRefused) {
   const std::string text = format_ice_model(IceModel::shipped());
-  for (const std::size_t at : {std::size_t{25}, text.size() / 3, text.size() / 2, text.size() - 3}) {
+  for (const std::size_t at :
+       {std::size_t{25}, text.size() / 3, text.size() / 2, text.size() - 3}) {
     std::string damaged = text;
     damaged[at] = damaged[at] == '7' ? '8' : '7';
     EXPECT_FALSE(parse_ice_model(damaged, "m").ok()) << at;

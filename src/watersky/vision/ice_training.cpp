@@ -224,7 +224,8 @@ struct Samples {
  private:
   /// As cv::resize by two interpolates.
   static float between(const cv::Mat& plane, int x, int y) {
-    const float u = (static_cast<float>(x) - 0.5F) / 2.0F, v = (static_cast<float>(y) - 0.5F) / 2.0F;
+    const float u = (static_cast<float>(x) - 0.5F) / 2.0F,
+                v = (static_cast<float>(y) - 0.5F) / 2.0F;
     const int i = cvFloor(u), j = cvFloor(v);
     const float a = u - static_cast<float>(i), b = v - static_cast<float>(j);
     const auto at = [&](int row, int column) {
@@ -288,8 +289,7 @@ DenseNetwork fit(Samples& samples, const std::vector<int>& hidden, int passes, i
   DenseNetwork network;
   for (Eigen::Index i = 0; i < inputs; ++i) {
     const double mean = x.row(i).cast<double>().mean();
-    const double sigma =
-        std::sqrt((x.row(i).cast<double>().array() - mean).square().mean()) + 1e-4;
+    const double sigma = std::sqrt((x.row(i).cast<double>().array() - mean).square().mean()) + 1e-4;
     network.input_mean.push_back(static_cast<float>(mean));
     network.input_scale.push_back(static_cast<float>(1.0 / sigma));
     x.row(i) = ((x.row(i).array() - static_cast<float>(mean)) * static_cast<float>(1.0 / sigma))
@@ -345,7 +345,8 @@ DenseNetwork fit(Samples& samples, const std::vector<int>& hidden, int passes, i
     }
   }
   for (const auto& layer : layers) {
-    detail::DenseLayer out{static_cast<int>(layer.w.cols()), static_cast<int>(layer.w.rows()), {}, {}};
+    detail::DenseLayer out{
+        static_cast<int>(layer.w.cols()), static_cast<int>(layer.w.rows()), {}, {}};
     for (Eigen::Index o = 0; o < layer.w.rows(); ++o)
       for (Eigen::Index i = 0; i < layer.w.cols(); ++i) out.weights.push_back(layer.w(o, i));
     out.biases.assign(layer.b.begin(), layer.b.end());
@@ -396,8 +397,8 @@ IceNetworks train_kind(const std::vector<Copies>& images, bool in_colour,
             detail::evaluate(coarse, detail::coarse_features(copy.scene, copy.levels)));
         samples.draw(
             detail::fine_features(copy.scene, copy.levels),
-            detail::context_features(copy.scene, copy.levels, rough, detail::log_odds(rough)), copy.half,
-            cvRound(copy.weight * parameters.samples), random);
+            detail::context_features(copy.scene, copy.levels, rough, detail::log_odds(rough)),
+            copy.half, cvRound(copy.weight * parameters.samples), random);
       }
   }
   tell();
@@ -423,10 +424,10 @@ Status check(const LabelledImage& labelled) {
                                               cv::typeToString(mask.type()) +
                                               "; give 8 bit with one channel"};
   if (mask.size() != image.size())
-    return Error{ErrorCode::InvalidInput,
-                 labelled.name + ": mask is " + std::to_string(mask.cols) + "x" +
-                     std::to_string(mask.rows) + " for an image of " + std::to_string(image.cols) +
-                     "x" + std::to_string(image.rows)};
+    return Error{ErrorCode::InvalidInput, labelled.name + ": mask is " + std::to_string(mask.cols) +
+                                              "x" + std::to_string(mask.rows) +
+                                              " for an image of " + std::to_string(image.cols) +
+                                              "x" + std::to_string(image.rows)};
   if (std::min(image.rows, image.cols) < 32)
     return Error{ErrorCode::InvalidInput,
                  labelled.name + ": image is smaller than 32 px, too small to learn from"};
@@ -463,13 +464,15 @@ Result<IceModel> train_ice_model(std::span<const LabelledImage> images,
       Copies copies;
       for (int variant = 0; variant < parameters.variants; ++variant) {
         Copy copy;
-        if (make_copy(labelled, variant, in_colour, random, copy)) copies.push_back(std::move(copy));
+        if (make_copy(labelled, variant, in_colour, random, copy))
+          copies.push_back(std::move(copy));
       }
       if (copies.empty())
         return Error{ErrorCode::InvalidInput,
                      labelled.name + ": image has one level everywhere; leave it out"};
       ice += cv::sum(copies[0].half[detail::kIce])[0];
-      other += cv::sum(copies[0].half[detail::kPond])[0] + cv::sum(copies[0].half[detail::kWater])[0];
+      other +=
+          cv::sum(copies[0].half[detail::kPond])[0] + cv::sum(copies[0].half[detail::kWater])[0];
       kind.push_back(std::move(copies));
     }
     if (kind.empty()) continue;
@@ -490,9 +493,10 @@ Result<IceModel> train_ice_model(std::span<const LabelledImage> images,
     (in_colour ? model.colour : model.gray) = train_kind(kind, in_colour, parameters, progress);
     (in_colour ? model.colour_origin : model.gray_origin) =
         std::to_string(labelled_count) + " images, " + std::to_string(parameters.variants) +
-        " variants, " + std::to_string(parameters.drawn) + " drawn, " + std::to_string(parameters.samples) + " samples, " +
-        std::to_string(parameters.passes) + " passes, " + std::to_string(parameters.folds) +
-        " folds, seed " + std::to_string(parameters.seed);
+        " variants, " + std::to_string(parameters.drawn) + " drawn, " +
+        std::to_string(parameters.samples) + " samples, " + std::to_string(parameters.passes) +
+        " passes, " + std::to_string(parameters.folds) + " folds, seed " +
+        std::to_string(parameters.seed);
   }
   if (!any) return Error{ErrorCode::InvalidInput, "no images to learn from"};
   return model;

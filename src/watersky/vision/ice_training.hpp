@@ -40,7 +40,10 @@ struct TrainingParameters {
                         "scenes of ice that are drawn, not photographed, to learn from as well: "
                         "they show every concentration, floe size and contrast",
                         0, 10000});
-    visit(self.samples, ParameterInfo{"samples", "1", "pixels taken from each altered copy; eight times as many from others", 10, 100000});
+    visit(self.samples,
+          ParameterInfo{"samples", "1",
+                        "pixels taken from each altered copy; eight times as many from others", 10,
+                        100000});
     visit(self.passes, ParameterInfo{"passes", "1", "passes over all samples", 1, 1000});
     visit(self.folds,
           ParameterInfo{"folds", "1",

@@ -35,7 +35,8 @@ TEST(IceTraining, LearnsWhatItIsShown) {
   ASSERT_TRUE(model.ok()) << model.error().message;
   EXPECT_FALSE(model->colour);
   EXPECT_THAT(model->gray_origin, HasSubstr("3 images"));
-  const LearnedSegmenter segmenter({}, SegmentationQuality::Standard, IcePolarity::Brighter, *model);
+  const LearnedSegmenter segmenter({}, SegmentationQuality::Standard, IcePolarity::Brighter,
+                                   *model);
   EXPECT_LT(error(ice_found(segmenter, images[3].image), images[3].mask == 1), 0.05);
 }
 

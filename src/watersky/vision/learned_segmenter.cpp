@@ -116,6 +116,7 @@ struct LearnedSegmenter::View {
   LevelStatistics levels;
   bool contrast = false;  ///< shows two classes; in colour also what shows one
   double p_brighter = 1.0;
+  double log_odds_by_shapes = 0.0;  ///< of bright ice, where it was to be found
 };
 
 LearnedSegmenter::LearnedSegmenter(const LearnedParameters& parameters, SegmentationQuality quality,
@@ -164,11 +165,14 @@ Result<LearnedSegmenter::View> LearnedSegmenter::look(const cv::Mat& image, cons
   }
   view.contrast = detail::shows_two_classes(quarter, quarter_valid, view.levels.threshold, 4);
   if (!find_polarity) {
-    view.p_brighter = ice_ == IcePolarity::Auto ? flight_p_brighter()
-                                                : ice_ == IcePolarity::Brighter ? 1.0 : 0.0;
+    view.p_brighter = ice_ == IcePolarity::Auto       ? flight_p_brighter()
+                      : ice_ == IcePolarity::Brighter ? 1.0
+                                                      : 0.0;
   } else if (view.contrast) {
-    view.p_brighter = p_of(detail::polarity_log_odds(
-        detail::polarity_cues(quarter, quarter_valid, view.levels), view.networks->polarity));
+    const auto odds = detail::polarity_log_odds(
+        detail::polarity_cues(quarter, quarter_valid, view.levels), view.networks->polarity);
+    view.p_brighter = p_of(odds.by_shapes + odds.by_surfaces);
+    view.log_odds_by_shapes = odds.by_shapes;
   }
   view.levels = view.levels.with_ice(view.p_brighter >= 0.5);
   return view;
@@ -184,8 +188,9 @@ void LearnedSegmenter::observe(const cv::Mat& image, const cv::Mat& valid) {
   if (!model_.gray || ice_ != IcePolarity::Auto) return;
   const auto view = look(detail::luminance(image), valid, true);
   if (!view || !view->contrast) return;
-  polarity_sum_ += std::clamp(std::log(view->p_brighter / (1.0 - view->p_brighter)),
-                              -kMostLogOddsPerFrame, kMostLogOddsPerFrame);
+  // A flight has shapes enough.
+  polarity_sum_ +=
+      std::clamp(view->log_odds_by_shapes, -kMostLogOddsPerFrame, kMostLogOddsPerFrame);
   ++polarity_frames_;
 }
 
@@ -202,9 +207,8 @@ double LearnedSegmenter::flight_p_brighter() const {
 PolarityEstimate LearnedSegmenter::polarity() const {
   if (ice_ != IcePolarity::Auto) return {ice_, 1.0, "given"};
   return estimate_of(flight_p_brighter(),
-                     "by the shapes and surfaces of the two classes in " +
-                         std::to_string(polarity_frames_) + " of " + std::to_string(frames_) +
-                         " frames that were looked at");
+                     "by the shapes of the two classes in " + std::to_string(polarity_frames_) +
+                         " of " + std::to_string(frames_) + " frames that were looked at");
 }
 
 Findings LearnedSegmenter::findings() const {
@@ -232,8 +236,7 @@ Findings LearnedSegmenter::findings_of(const cv::Mat& image, const cv::Mat& vali
     if (in_colour(image)) return findings;
     findings.polarity = polarity();
     const auto p = segment(image, valid);
-    if (p && cv::countNonZero(*p == *p) == 0)
-      findings.notes.emplace_back(kNoteBetween);
+    if (p && cv::countNonZero(*p == *p) == 0) findings.notes.emplace_back(kNoteBetween);
     return findings;
   }
   const auto view = look(image, valid, ice_ == IcePolarity::Auto);
@@ -246,10 +249,10 @@ Findings LearnedSegmenter::findings_of(const cv::Mat& image, const cv::Mat& vali
     findings.notes.emplace_back(kNoteNoContrast);
     return findings;
   }
-  findings.polarity = ice_ != IcePolarity::Auto
-                          ? PolarityEstimate{ice_, 1.0, "given"}
-                          : estimate_of(view->p_brighter,
-                                        "by the shapes and surfaces of its two classes");
+  findings.polarity =
+      ice_ != IcePolarity::Auto
+          ? PolarityEstimate{ice_, 1.0, "given"}
+          : estimate_of(view->p_brighter, "by the shapes and surfaces of its two classes");
   if (ice_ == IcePolarity::Auto) findings.notes.push_back(polarity_note(*findings.polarity));
   return findings;
 }
@@ -269,9 +272,9 @@ cv::Mat LearnedSegmenter::p_of_view(const View& view, const cv::Mat& image,
         p_ice = by_level(*view.networks, view.scene, view.levels, detail::luminance(image), ponds);
       break;
     case SegmentationQuality::Standard:
-      p_ice = enlarged(detail::probability(
-                           detail::ice_scores(*view.networks, view.scene, view.levels), ponds),
-                       image.size());
+      p_ice = enlarged(
+          detail::probability(detail::ice_scores(*view.networks, view.scene, view.levels), ponds),
+          image.size());
       break;
     case SegmentationQuality::Best:
       p_ice = detail::probability(best_scores(view, valid), ponds);
@@ -296,8 +299,7 @@ Planes LearnedSegmenter::best_scores(const View& view, const cv::Mat& valid) con
     closer = detail::ice_scores(*view.networks, scene, levels.with_ice(view.levels.sign > 0.0F));
   for (std::size_t c = 0; c < scores.size(); ++c) {
     scores[c] = enlarged(scores[c], size);
-    if (!closer.empty())
-      scores[c] = 0.5 * (scores[c] + closer[c](cv::Rect(cv::Point(), size)));
+    if (!closer.empty()) scores[c] = 0.5 * (scores[c] + closer[c](cv::Rect(cv::Point(), size)));
   }
   return scores;
 }
@@ -306,8 +308,7 @@ Result<cv::Mat> LearnedSegmenter::segment(const cv::Mat& image, const cv::Mat& v
   WATERSKY_CHECK(detail::check_image(image, valid));
   const auto unknown = [&] { return cv::Mat(image.size(), CV_32F, cv::Scalar(kUnknown)); };
   if (!valid.empty() && cv::countNonZero(valid) == 0) return unknown();
-  WATERSKY_TRY(const View view,
-               look(image, valid, ice_ == IcePolarity::Auto && !observed(image)));
+  WATERSKY_TRY(const View view, look(image, valid, ice_ == IcePolarity::Auto && !observed(image)));
   cv::Mat p_ice;
   if (view.contrast) {
     p_ice = p_of_view(view, image, valid);
@@ -328,8 +329,7 @@ Result<cv::Mat> LearnedSegmenter::classify(const cv::Mat& image, const cv::Mat& 
   const cv::Scalar none(kUnknown, kUnknown, kUnknown);
   cv::Mat classes(image.size(), CV_32FC3, none);
   if (!valid.empty() && cv::countNonZero(valid) == 0) return classes;
-  WATERSKY_TRY(const View view,
-               look(image, valid, ice_ == IcePolarity::Auto && !observed(image)));
+  WATERSKY_TRY(const View view, look(image, valid, ice_ == IcePolarity::Auto && !observed(image)));
   if (!view.contrast) return classes;
   Planes scores;
   if (quality_ == SegmentationQuality::Best) {

@@ -86,19 +86,16 @@ TEST(LearnedSegmenter, AFlightDecidesForItsFrames) {
 TEST(LearnedSegmenter, ClassesAddUpToOneAndAgreeWithPOfIce) {
   cv::RNG rng(5);
   const cv::Mat image = frame(rng, floes(rng, kFrame, 0.3), 90, 60, 8);
-  const cv::Mat classes = make(SegmentationQuality::Standard, IcePolarity::Brighter)
-                              .classify(image, {})
-                              .value();
+  const cv::Mat classes =
+      make(SegmentationQuality::Standard, IcePolarity::Brighter).classify(image, {}).value();
   std::vector<cv::Mat> p;
   cv::split(classes, p);
   EXPECT_LT(cv::norm(p[0] + p[1] + p[2], cv::Mat(kFrame, CV_32F, cv::Scalar(1)), cv::NORM_INF),
             5e-3);
-  const cv::Mat without = make(SegmentationQuality::Standard, IcePolarity::Brighter)
-                              .segment(image, {})
-                              .value();
-  const cv::Mat with = make(SegmentationQuality::Standard, IcePolarity::Brighter, true)
-                           .segment(image, {})
-                           .value();
+  const cv::Mat without =
+      make(SegmentationQuality::Standard, IcePolarity::Brighter).segment(image, {}).value();
+  const cv::Mat with =
+      make(SegmentationQuality::Standard, IcePolarity::Brighter, true).segment(image, {}).value();
   EXPECT_LT(cv::mean(cv::abs(p[1] - without))[0], 0.01);
   EXPECT_LT(cv::mean(cv::abs(p[0] + p[1] - with))[0], 0.01);
   double least = 0.0;
@@ -109,7 +106,8 @@ TEST(LearnedSegmenter, ClassesAddUpToOneAndAgreeWithPOfIce) {
 TEST(LearnedSegmenter, IsWhollySureOfNothing) {
   cv::RNG rng(6);
   const cv::Mat image = frame(rng, floes(rng, kFrame, 0.3), 60, 140, 2);
-  const cv::Mat p = make(SegmentationQuality::Best, IcePolarity::Brighter).segment(image, {}).value();
+  const cv::Mat p =
+      make(SegmentationQuality::Best, IcePolarity::Brighter).segment(image, {}).value();
   double lowest = 0.0, highest = 0.0;
   cv::minMaxLoc(p, &lowest, &highest);
   EXPECT_GT(lowest, 0.0);

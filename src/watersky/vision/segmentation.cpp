@@ -10,8 +10,10 @@ namespace watersky {
 
 namespace {
 
-constexpr std::array kMethods{SegmentationMethod::Learned, SegmentationMethod::LearnedFast, SegmentationMethod::LearnedBest, SegmentationMethod::Otsu, SegmentationMethod::LocalOtsu,
-                              SegmentationMethod::Edges, SegmentationMethod::Watershed};
+constexpr std::array kMethods{SegmentationMethod::Learned,     SegmentationMethod::LearnedFast,
+                              SegmentationMethod::LearnedBest, SegmentationMethod::Otsu,
+                              SegmentationMethod::LocalOtsu,   SegmentationMethod::Edges,
+                              SegmentationMethod::Watershed};
 constexpr std::array kPolarities{IcePolarity::Auto, IcePolarity::Brighter, IcePolarity::Darker};
 
 template <class Values>

@@ -209,8 +209,8 @@ bool shows_two_classes(const cv::Mat& level, const cv::Mat& valid, double thresh
   // Reduced further than a view would be, the same distances are fewer pixels.
   const double finer =
       std::min(1.0, static_cast<double>(factor_of(level.size() * reduced)) / reduced);
-  return has_two_classes(view, {std::max(1, cvRound(finer * kStepReach_px)),
-                                std::max(1, cvRound(finer * kLag_px))});
+  return has_two_classes(
+      view, {std::max(1, cvRound(finer * kStepReach_px)), std::max(1, cvRound(finer * kLag_px))});
 }
 
 CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid, Cleaned cleaned) {

@@ -61,7 +61,8 @@ struct FromSums {
 
 /// out (kGroup * groups x kBlock) = start + weights * in (inputs x kBlock). Weights of a group lie
 /// together input by input, `inputs_in_all` of them. A tile of four outputs by sixteen pixels at a
-/// time: their eight sums stay in registers, and are enough to hide how long a multiplication takes.
+/// time: their eight sums stay in registers, and are enough to hide how long a multiplication
+/// takes.
 template <class Start>
 [[gnu::always_inline]] inline void accumulate(const float* __restrict weights, int inputs_in_all,
                                               int inputs, int groups, const float* __restrict in,

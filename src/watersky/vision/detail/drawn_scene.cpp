@@ -21,8 +21,9 @@ double log_uniform(cv::RNG& random, double low, double high) {
 cv::Mat smooth_noise(cv::Size size, double sigma_px, cv::RNG& random) {
   // Coarse noise is drawn small and enlarged: the blur would cost more than all the rest.
   const double by = std::max(1.0, sigma_px / 3.0);
-  cv::Mat noise(cv::Size(std::max(2, cvCeil(size.width / by)), std::max(2, cvCeil(size.height / by))),
-                CV_32F);
+  cv::Mat noise(
+      cv::Size(std::max(2, cvCeil(size.width / by)), std::max(2, cvCeil(size.height / by))),
+      CV_32F);
   random.fill(noise, cv::RNG::NORMAL, 0.0, 1.0);
   cv::GaussianBlur(noise, noise, {}, sigma_px / by);
   cv::resize(noise, noise, size, 0, 0, cv::INTER_CUBIC);
@@ -34,8 +35,8 @@ cv::Mat smooth_noise(cv::Size size, double sigma_px, cv::RNG& random) {
 /// The level that `part` of the plane lies above.
 float upper_quantile(const cv::Mat& plane, double part) {
   std::vector<float> levels(plane.begin<float>(), plane.end<float>());
-  const auto at = levels.begin() + static_cast<long>((1.0 - part) *
-                                                     static_cast<double>(levels.size() - 1));
+  const auto at =
+      levels.begin() + static_cast<long>((1.0 - part) * static_cast<double>(levels.size() - 1));
   std::nth_element(levels.begin(), at, levels.end());
   return *at;
 }
@@ -145,7 +146,8 @@ cv::Scalar water_colour(cv::RNG& random) {
   const double level = random.uniform(15.0, 150.0);
   cv::Scalar colour;
   for (int c = 0; c < 3; ++c)
-    colour[c] = std::max(0.0, level * hue[static_cast<std::size_t>(c)] * (1.0 + random.gaussian(0.07)));
+    colour[c] =
+        std::max(0.0, level * hue[static_cast<std::size_t>(c)] * (1.0 + random.gaussian(0.07)));
   return colour;
 }
 
@@ -178,8 +180,10 @@ DrawnScene draw_scene(cv::Size size, bool in_colour, cv::RNG& random) {
   // Everything in units of the contrast. Which of the two is the rougher is for the photographs to
   // say; of drawn ice only the shape is like ice.
   const double contrast = in_colour ? random.uniform(50.0, 150.0) : random.uniform(40.0, 150.0);
-  const double rough = contrast * random.uniform(0.0, 0.25), own = contrast * random.uniform(0.0, 0.2);
-  const double waves = contrast * (in_colour ? random.uniform(0.0, 0.1) : random.uniform(0.0, 0.25));
+  const double rough = contrast * random.uniform(0.0, 0.25),
+               own = contrast * random.uniform(0.0, 0.2);
+  const double waves =
+      contrast * (in_colour ? random.uniform(0.0, 0.1) : random.uniform(0.0, 0.25));
   const double ice_px = log_uniform(random, 1.0, 15.0), wave_px = log_uniform(random, 1.0, 15.0);
   if (in_colour) {
     const cv::Scalar water = water_colour(random);

@@ -114,8 +114,8 @@ LocalContrasts local_contrasts(const cv::Mat& n) {
 /// A pixel of four planes, or the sums of a window of them.
 typedef float Quad __attribute__((vector_size(16)));
 
-WATERSKY_MULTIVERSION void add_rows(const float* __restrict in, const float* __restrict out,
-                                    int n, float* __restrict sums) {
+WATERSKY_MULTIVERSION void add_rows(const float* __restrict in, const float* __restrict out, int n,
+                                    float* __restrict sums) {
   for (int i = 0; i < n; ++i) sums[i] += in[i] - out[i];
 }
 
@@ -135,7 +135,9 @@ void slide(const Quad* __restrict row, int edge, int width, float by, Quad* __re
 /// of four times cv::blur(), which sums in double precision.
 std::array<cv::Mat, 4> box_means(const cv::Mat& four, int edge) {
   const int reach = edge / 2, width = four.cols, rows = four.rows;
-  const auto inside = [](int i, int n) { return cv::borderInterpolate(i, n, cv::BORDER_REFLECT_101); };
+  const auto inside = [](int i, int n) {
+    return cv::borderInterpolate(i, n, cv::BORDER_REFLECT_101);
+  };
   std::vector<Quad> sums(static_cast<std::size_t>(width + 2 * reach));
   float* const middle = reinterpret_cast<float*>(sums.data() + reach);
   const auto row = [&](int y) { return four.ptr<float>(inside(y, rows)); };
@@ -228,7 +230,8 @@ double full_scale(const cv::Mat& image) {
 
 /// Whiteness of a BGR picture in its own levels, and the planes of IceScene::half_colour.
 cv::Mat take_apart(const cv::Mat& bgr, double full, Planes& colour) {
-  cv::Mat whiteness(bgr.size(), CV_32F), luminance(bgr.size(), CV_32F), saturation(bgr.size(), CV_32F);
+  cv::Mat whiteness(bgr.size(), CV_32F), luminance(bgr.size(), CV_32F),
+      saturation(bgr.size(), CV_32F);
   const auto scale = static_cast<float>(1.0 / full);
   for (int y = 0; y < bgr.rows; ++y) {
     const float* in = bgr.ptr<float>(y);
@@ -278,7 +281,6 @@ LevelStatistics LevelStatistics::of(const std::array<float, kBins>& histogram, f
   const auto mode =
       static_cast<std::size_t>(std::max_element(smooth.begin(), smooth.end()) - smooth.begin());
   s.mode = level_of_bin(static_cast<double>(mode) + 0.5);
-
 
   double below = 0.0, below_moment = 0.0, best = -1.0, contrast = 1.0;
   double low = 0.0, high = kBins;

@@ -24,11 +24,11 @@ inline constexpr int kIceFeaturesVersion = 1;
 /// averaged down.
 struct LevelStatistics {
   static constexpr int kBins = 256;
-  float mode = 0.0F;             ///< the commonest level: one class's
-  float inverse_spread = 0.0F;   ///< 4 / (98th - 2nd percentile)
-  float threshold = 0.0F;        ///< Otsu's
-  float inverse_contrast = 0.0F; ///< 1 / difference of Otsu's two means
-  float first = 0.0F;            ///< level at the edge of the first bin
+  float mode = 0.0F;              ///< the commonest level: one class's
+  float inverse_spread = 0.0F;    ///< 4 / (98th - 2nd percentile)
+  float threshold = 0.0F;         ///< Otsu's
+  float inverse_contrast = 0.0F;  ///< 1 / difference of Otsu's two means
+  float first = 0.0F;             ///< level at the edge of the first bin
   float bins_per_level = 0.0F;
   std::array<float, kBins> density{};  ///< log of the relative frequency, 0 at the mode
   std::array<float, kBins> rank{};     ///< part of the pixels at or below
@@ -45,10 +45,10 @@ struct LevelStatistics {
 
 /// An image prepared for the classifier. All planes CV_32F; `half` and `quarter` in gray levels.
 struct IceScene {
-  cv::Size size;         ///< of the image, before padding to multiples of four
-  cv::Mat half;          ///< what it is told apart by: the gray level; in colour the whiteness
+  cv::Size size;  ///< of the image, before padding to multiples of four
+  cv::Mat half;   ///< what it is told apart by: the gray level; in colour the whiteness
   cv::Mat quarter;
-  cv::Mat quarter_valid; ///< CV_8U; empty: all
+  cv::Mat quarter_valid;  ///< CV_8U; empty: all
   /// In colour only: luminance and whiteness of full scale, and saturation, in [0, 1].
   Planes half_colour, quarter_colour;
 };

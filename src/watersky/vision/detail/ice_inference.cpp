@@ -43,8 +43,7 @@ cv::Mat log_odds(const cv::Mat& p) {
 
 cv::Mat rough_p_ice(const IceNetworks& networks, const IceScene& scene,
                     const LevelStatistics& levels, bool ponds_are_ice) {
-  return probability(evaluate(*networks.coarse, coarse_features(scene, levels)),
-                     ponds_are_ice);
+  return probability(evaluate(*networks.coarse, coarse_features(scene, levels)), ponds_are_ice);
 }
 
 Planes ice_scores(const IceNetworks& networks, const IceScene& scene,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "watersky/vision/polarity.hpp"
 
@@ -17,6 +18,7 @@ constexpr int kLeastInside_px = 24;
 /// Deviations below this part of the picture's spread are those of its gray levels.
 constexpr double kLeastDeviation = 0.02;
 constexpr float kMost = 3.0F;
+constexpr double kMostBySurfaces = 1.0;
 
 /// A class's surface, away from its edges.
 struct Surface {
@@ -79,11 +81,14 @@ PolarityCues polarity_cues(const cv::Mat& level, const cv::Mat& valid,
   return cues;
 }
 
-double polarity_log_odds(const PolarityCues& cues, std::span<const float> weights) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < std::min(cues.size(), weights.size()); ++i)
-    sum += static_cast<double>(cues[i]) * static_cast<double>(weights[i]);
-  return sum;
+PolarityLogOdds polarity_log_odds(const PolarityCues& cues, std::span<const float> weights) {
+  PolarityLogOdds odds;
+  const std::size_t n = std::min(cues.size(), weights.size());
+  for (std::size_t i = 0; i < n; ++i)
+    (i < kShapeCues ? odds.by_shapes : odds.by_surfaces) +=
+        static_cast<double>(cues[i]) * static_cast<double>(weights[i]);
+  odds.by_surfaces = std::clamp(odds.by_surfaces, -kMostBySurfaces, kMostBySurfaces);
+  return odds;
 }
 
 std::array<float, kPolarityCues> fit_polarity(std::span<const PolarityExample> examples) {
@@ -93,19 +98,24 @@ std::array<float, kPolarityCues> fit_polarity(std::span<const PolarityExample> e
   double total = 0.0;
   for (const auto& e : examples) total += e.weight;
   Vector w = Vector::Zero();
-  // Newton's method; the problem is convex and settles in a few steps.
-  for (int step = 0; step < 30 && total > 0.0; ++step) {
-    Vector gradient = -kRidge * w;
-    Matrix hessian = kRidge * Matrix::Identity();
-    for (const auto& e : examples) {
-      Vector x;
-      for (std::size_t i = 0; i < kPolarityCues; ++i)
-        x[static_cast<Eigen::Index>(i)] = (e.ice_brighter ? 1.0 : -1.0) * static_cast<double>(e.cues[i]);
-      const double p = 1.0 / (1.0 + std::exp(-w.dot(x)));
-      gradient += (e.weight / total) * (1.0 - p) * x;
-      hessian += (e.weight / total) * p * (1.0 - p) * x * x.transpose();
+  for (const auto& [first, count] : {std::pair<Eigen::Index, Eigen::Index>{0, kShapeCues},
+                                     {kShapeCues, kPolarityCues - kShapeCues}}) {
+    // Newton's method; the problem is convex and settles in a few steps.
+    for (int step = 0; step < 30 && total > 0.0; ++step) {
+      Vector gradient = -kRidge * w;
+      Matrix hessian = kRidge * Matrix::Identity();
+      for (const auto& e : examples) {
+        Vector x;
+        for (std::size_t i = 0; i < kPolarityCues; ++i)
+          x[static_cast<Eigen::Index>(i)] =
+              (e.ice_brighter ? 1.0 : -1.0) * static_cast<double>(e.cues[i]);
+        const double p = 1.0 / (1.0 + std::exp(-w.dot(x)));
+        gradient += (e.weight / total) * (1.0 - p) * x;
+        hessian += (e.weight / total) * p * (1.0 - p) * x * x.transpose();
+      }
+      w.segment(first, count) +=
+          hessian.block(first, first, count, count).ldlt().solve(gradient.segment(first, count));
     }
-    w += hessian.ldlt().solve(gradient);
   }
   std::array<float, kPolarityCues> weights{};
   for (std::size_t i = 0; i < kPolarityCues; ++i)
