@@ -164,8 +164,10 @@ std::string format_ice_model(const IceModel& model) {
                           const std::string& origin) {
     if (!networks) return;
     text += "origin " + kind + ' ' + origin + '\n';
-    if (!networks->polarity.empty())
+    if (!networks->polarity.empty()) {
       append_row(text, "polarity", networks->polarity.data(), networks->polarity.size());
+      append_row(text, "detail", &networks->detail, 1);
+    }
     append_network(text, kind + " coarse", *networks->coarse);
     append_network(text, kind + " fine", *networks->fine);
   };
@@ -217,6 +219,7 @@ Result<IceModel> parse_ice_model(std::string_view text, const std::string& name)
     if (!in_colour) {
       networks.polarity.resize(detail::kPolarityCues);
       WATERSKY_CHECK(reader.row("polarity", networks.polarity.data(), networks.polarity.size()));
+      WATERSKY_CHECK(reader.row("detail", &networks.detail, 1));
     }
     for (const bool fine : {false, true}) {
       WATERSKY_TRY(const auto line, reader.next_line());

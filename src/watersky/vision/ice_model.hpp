@@ -19,6 +19,7 @@ struct DenseNetwork;
 struct IceNetworks {
   std::shared_ptr<const detail::DenseNetwork> coarse, fine;
   std::vector<float> polarity;  ///< how much each cue says that ice is brighter; gray only
+  float detail = 0.0F;  ///< log-odds of ice by what half the size leaves out; gray only
 };
 
 /// Networks for images of one channel and for images in colour; one of them may be absent. Their

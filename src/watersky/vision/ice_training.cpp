@@ -12,6 +12,7 @@
 
 #include "watersky/vision/detail/dense_network.hpp"
 #include "watersky/vision/detail/drawn_scene.hpp"
+#include "watersky/vision/detail/fine_detail.hpp"
 #include "watersky/vision/detail/ice_features.hpp"
 #include "watersky/vision/detail/ice_inference.hpp"
 #include "watersky/vision/detail/image.hpp"
@@ -51,6 +52,8 @@ struct Copy {
   LevelStatistics levels;
   double weight = 1.0;
   detail::PolarityExample polarity;
+  cv::Mat gray;      ///< at full size, of images in gray
+  ClassPlanes full;  ///< the same
   ClassPlanes half, quarter;
 };
 
@@ -148,6 +151,8 @@ bool prepare(const cv::Mat& image, const ClassPlanes& classes, bool in_colour, b
   copy.polarity = {detail::polarity_cues(copy.scene.quarter, {}, copy.levels), ice_brighter,
                    copy.weight};
   copy.levels = copy.levels.with_ice(ice_brighter);
+  copy.gray = image;
+  copy.full = classes;
   return true;
 }
 
@@ -370,6 +375,34 @@ DenseNetwork fit_coarse(const std::vector<const Copies*>& images,
   return fit(samples, kCoarseLayers, parameters.passes, seed);
 }
 
+float fit_detail(const std::vector<Copies>& images, const IceNetworks& networks,
+                 const TrainingParameters& parameters) {
+  cv::RNG random(static_cast<std::uint64_t>(parameters.seed) + 4U);
+  std::vector<detail::DetailSample> samples;
+  std::vector<float> p, difference;
+  for (const auto& copies : images)
+    for (const auto& copy : copies) {
+      const cv::Mat p_half =
+          detail::probability(detail::ice_scores(networks, copy.scene, copy.levels));
+      const detail::FineDetail fine(copy.gray, copy.scene, copy.levels);
+      constexpr int kRows = 16;
+      const int count = cvCeil(copy.weight * parameters.samples / kRows);
+      for (int k = 0; k < kRows; ++k) {
+        const int y = random.uniform(0, copy.gray.rows);
+        fine.row(p_half, y, p, difference);
+        for (int i = 0; i < count; ++i) {
+          const int x = random.uniform(0, copy.gray.cols);
+          float known = 0.0F;
+          for (const auto& plane : copy.full) known += plane.at<float>(y, x);
+          const float ice = copy.full[detail::kIce].at<float>(y, x);
+          const auto at = static_cast<std::size_t>(x);
+          if (known > 0.99F) samples.push_back({p[at], difference[at], ice});
+        }
+      }
+    }
+  return detail::fit_detail_weight(samples);
+}
+
 IceNetworks train_kind(const std::vector<Copies>& images, bool in_colour,
                        const TrainingParameters& parameters, const Progress& progress) {
   const auto folds = std::min(static_cast<std::size_t>(parameters.folds), images.size());
@@ -410,6 +443,7 @@ IceNetworks train_kind(const std::vector<Copies>& images, bool in_colour,
       for (const auto& copy : copies) examples.push_back(copy.polarity);
     const auto weights = detail::fit_polarity(examples);
     networks.polarity.assign(weights.begin(), weights.end());
+    networks.detail = fit_detail(images, networks, parameters);
   }
   return networks;
 }

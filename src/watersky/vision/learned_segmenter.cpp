@@ -9,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "watersky/vision/detail/coarse_view.hpp"
+#include "watersky/vision/detail/fine_detail.hpp"
 #include "watersky/vision/detail/ice_inference.hpp"
 #include "watersky/vision/detail/image.hpp"
 #include "watersky/vision/detail/polarity_cues.hpp"
@@ -282,7 +283,7 @@ cv::Mat LearnedSegmenter::p_of_view(const View& view, const cv::Mat& image,
   }
   // With the other polarity ice would be water: as likely as that is, so much less is known.
   const double sure = std::max(view.p_brighter, 1.0 - view.p_brighter);
-  if (sure < 1.0) p_ice.convertTo(p_ice, -1, 2.0 * sure - 1.0, 1.0 - sure);
+  if (sure < kSureOfPolarity) p_ice.convertTo(p_ice, -1, 2.0 * sure - 1.0, 1.0 - sure);
   return p_ice;
 }
 

@@ -29,8 +29,8 @@ struct LearnedParameters {
 /// P(ice) by two small networks at two scales, see docs/segmentation.md.
 ///
 /// A gray image does not say by its levels which class is ice. Unless that is given, it is found
-/// from the shapes and surfaces of the classes, in a flight from all its frames; as far as it is
-/// not sure, P(ice) lies nearer to one half. In colour ice is white.
+/// from the shapes and surfaces of the classes, in a flight from the shapes in all its frames. Where
+/// it is not sure (kSureOfPolarity), P(ice) lies as much nearer to one half. In colour ice is white.
 ///
 /// Without observe() every image is judged by itself. After it, a gray frame that does not show
 /// two classes is split by the levels of the flight's ice and water, as OtsuSegmenter does it, so

@@ -6,6 +6,7 @@
 
 #include "watersky/base/contract.hpp"
 #include "watersky/vision/detail/dispatch.hpp"
+#include "watersky/vision/detail/enlarge.hpp"
 
 namespace watersky::detail {
 namespace {
@@ -108,22 +109,6 @@ WATERSKY_MULTIVERSION void accumulate_from_sums(const float* weights, int inputs
                                                 int groups, const float* in, const float* sums,
                                                 std::size_t stride, bool rectified, float* out) {
   accumulate(weights, inputs_in_all, inputs, groups, in, FromSums{sums, stride}, rectified, out);
-}
-
-/// Between two rows: `part` of the way from `above` to `below`.
-WATERSKY_MULTIVERSION void blend(const float* __restrict above, const float* __restrict below,
-                                 float part, int width, float* __restrict out) {
-  for (int x = 0; x < width; ++x) out[x] = above[x] + part * (below[x] - above[x]);
-}
-
-/// A row of `width` values at twice as many places: a quarter and three quarters of the way.
-WATERSKY_MULTIVERSION void widen(const float* __restrict row, int width, float* __restrict out) {
-  out[0] = row[0];
-  for (int x = 0; x + 1 < width; ++x) {
-    out[2 * x + 1] = 0.75F * row[x] + 0.25F * row[x + 1];
-    out[2 * x + 2] = 0.25F * row[x] + 0.75F * row[x + 1];
-  }
-  out[2 * width - 1] = row[width - 1];
 }
 
 /// A block of pixels at its way through the layers.
@@ -259,15 +244,8 @@ Planes evaluate(const DenseNetwork& network, const Planes& fine, const Planes& c
   std::vector<float> between(width / 2),
       sums(stride * static_cast<std::size_t>(kGroup * Block::groups(first)));
   for (int y = 0; y < size.height; ++y) {
-    // Rows of the fine plane lie a quarter and three quarters of the way between coarse ones.
-    const int above = std::max(0, (y + 1) / 2 - 1);
-    const int below = std::min((y + 1) / 2, coarse[0].rows - 1);
-    const float part = y % 2 == 0 ? 0.75F : 0.25F;
-    for (std::size_t o = 0; o < coarse_sums.size(); ++o) {
-      blend(coarse_sums[o].ptr<float>(above), coarse_sums[o].ptr<float>(below), part,
-            size.width / 2, between.data());
-      widen(between.data(), size.width / 2, sums.data() + o * stride);
-    }
+    for (std::size_t o = 0; o < coarse_sums.size(); ++o)
+      enlarged_row(coarse_sums[o], y, between.data(), sums.data() + o * stride);
     for_each_block(width, [&](std::size_t x, std::size_t count) {
       const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
       block.load(fine, 0, pixel, count);
