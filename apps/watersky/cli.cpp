@@ -71,6 +71,10 @@ void add_segmentation(CLI::App& verb, SegmentationChoice& choice) {
                   "ice is brighter or darker than water, or found from the images by itself")
       ->check(CLI::IsMember({"auto", "brighter", "darker"}))
       ->capture_default_str();
+  verb.add_option("--pond-is", choice.pond_is,
+                  "what melt ponds on floes count as: for the learned methods, and in masks")
+      ->check(CLI::IsMember({"ice", "water"}))
+      ->capture_default_str();
 }
 
 Result<IceModel> read_ice_model(const std::string& file) {
@@ -83,6 +87,7 @@ Result<Segmentation> resolve(const SegmentationChoice& choice) {
   Segmentation chosen;
   WATERSKY_TRY(chosen.method, segmentation_method(choice.method));
   WATERSKY_TRY(chosen.ice, ice_polarity(choice.ice));
+  chosen.ponds_are_ice = choice.pond_is == "ice";
   if (choice.model.empty()) return chosen;
   if (!is_learned(chosen.method))
     return Error{ErrorCode::Usage, "--model is for the learned methods, not for --method " +

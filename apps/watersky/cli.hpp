@@ -60,9 +60,9 @@ void add_parameters(CLI::App& app, Parameters& parameters) {
   });
 }
 
-/// --method, --model and --ice, as every verb that segments has them.
+/// --method, --model, --ice and --pond-is, as every verb that segments has them.
 struct SegmentationChoice {
-  std::string method{name_of(kDefaultSegmentationMethod)}, ice = "auto", model;
+  std::string method{name_of(kDefaultSegmentationMethod)}, ice = "auto", model, pond_is = "water";
 };
 void add_segmentation(CLI::App& verb, SegmentationChoice& choice);
 
@@ -71,6 +71,7 @@ struct Segmentation {
   SegmentationMethod method = kDefaultSegmentationMethod;
   IcePolarity ice = IcePolarity::Auto;
   std::shared_ptr<const IceModel> model;  ///< nullptr: the one that ships
+  bool ponds_are_ice = false;
 };
 [[nodiscard]] Result<Segmentation> resolve(const SegmentationChoice& choice);
 

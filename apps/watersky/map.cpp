@@ -101,6 +101,7 @@ VerbResult run(const Options& o, const Common& common) {
   options.method = chosen.method;
   options.ice = chosen.ice;
   options.parameters.segmentation.model = chosen.model;
+  options.parameters.segmentation.learned.ponds_are_ice = chosen.ponds_are_ice;
   if (!o.projection.empty()) options.projection = o.projection;
   options.threads = threads;
   WATERSKY_CHECK(read_masks(o, options));

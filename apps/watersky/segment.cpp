@@ -24,7 +24,7 @@ constexpr std::size_t kMostReportPictures = 60;
 
 struct Options {
   std::vector<std::string> images, truth;
-  std::string out, mask, truth_values = "auto", pond_is = "water";
+  std::string out, mask, truth_values = "auto";
   SegmentationChoice segmentation;
   bool sequence = false, overwrite = false;
   int threads = 0;
@@ -85,7 +85,7 @@ Result<ImageTruth> Job::truth_of(std::size_t i, const cv::Mat& image, const cv::
   const MaskValues meaning = options_.truth_values == "classes"  ? MaskValues::Classes
                              : options_.truth_values == "binary" ? MaskValues::Binary
                                                                  : MaskValues::Auto;
-  auto ice = ice_in_mask(values, meaning, options_.pond_is == "ice" ? PondIs::Ice : PondIs::Water);
+  auto ice = ice_in_mask(values, meaning, chosen_.ponds_are_ice ? PondIs::Ice : PondIs::Water);
   if (!ice) return ice.error().at(file.string());
   return ImageTruth{*ice, valid};
 }
@@ -117,11 +117,11 @@ Result<SegmentationRun> Job::run(const fs::path& folder, int threads, const Prog
   run.ice = chosen_.ice;
   run.parameters = options_.parameters;
   run.parameters.model = chosen_.model;
-  run.parameters.learned.ponds_are_ice = options_.pond_is == "ice";
+  run.parameters.learned.ponds_are_ice = chosen_.ponds_are_ice;
   WATERSKY_TRY(segmenter_, make_segmenter(run.method, run.parameters, run.ice));
   run.sequence = options_.sequence;
   run.mask = options_.mask;
-  run.pond_is_ice = options_.pond_is == "ice";
+  run.pond_is_ice = chosen_.ponds_are_ice;
   for (const std::string& truth : options_.truth)
     run.truth += (run.truth.empty() ? "" : ", ") + truth;
   if (!options_.mask.empty()) {
@@ -273,10 +273,6 @@ void add_segment(CLI::App& app) {
                   "what masks hold: classes (0 melt pond, 1 sea ice, 2 ocean) or binary (0 water, "
                   "else ice); auto: binary where 255 occurs")
       ->check(CLI::IsMember({"auto", "classes", "binary"}))
-      ->capture_default_str();
-  verb.add_option("--pond-is", o->pond_is,
-                  "what melt ponds count as, in masks and by the learned methods")
-      ->check(CLI::IsMember({"ice", "water"}))
       ->capture_default_str();
   verb.add_option("--threads", o->threads,
                   "threads that decode and segment; 0: as many as the machine has")

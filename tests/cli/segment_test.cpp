@@ -85,7 +85,8 @@ TEST_F(Segment, WritesWhatItsHelpPromises) {
 
 TEST_F(Segment, EveryMethodFindsTheSameFloes) {
   write_scene("a", 3);
-  for (const char* method : {"otsu", "local-otsu", "edges", "watershed"}) {
+  for (const char* method :
+       {"learned", "learned-fast", "learned-best", "otsu", "local-otsu", "edges", "watershed"}) {
     const Outcome o =
         segment(truth() + "--ice brighter --overwrite --method " + std::string(method));
     ASSERT_EQ(o.status, 0) << o.err;
@@ -266,6 +267,48 @@ TEST_F(Segment, ReplacesOnlyARunOfOursAndOnlyWhenTold) {
   write_text(out() / "letter.txt", "dear");
   expect_one_line_error(segment("--overwrite"), 1);
   EXPECT_TRUE(fs::exists(out() / "letter.txt"));
+}
+
+TEST_F(Segment, TrainMakesAModelThatSegmentUses) {
+  for (int i = 0; i < 3; ++i) write_scene("t" + std::to_string(i), 30 + i);
+  write(images() / "unlabelled.png", scene(40).first);
+  const fs::path model = folder_.path() / "my.ice-model";
+  const std::string train =
+      "segment train '" + images().string() + "' '" + masks().string() +
+      "' --mask-values binary --variants 3 --drawn 8 --samples 300 --passes 6 "
+      "--json -o '" +
+      model.string() + "' ";
+  const Outcome o = watersky(train);
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_EQ(o.json()["images"], 4);
+  EXPECT_EQ(o.json()["with_mask"], 3);
+  expect_one_line_error(watersky(train), 2);
+  const std::string first = read_text(model);
+  ASSERT_EQ(watersky(train + "--overwrite").status, 0);
+  EXPECT_EQ(read_text(model), first) << "the same images and parameters give the same model";
+
+  const std::string use = truth() + "--ice brighter --model '" + model.string() + "' ";
+  const Outcome segmented = segment(use);
+  EXPECT_EQ(segmented.json()["model"], model.string());
+  EXPECT_GT(segmented.json()["figures"]["accuracy"], 0.95);
+  expect_one_line_error(segment(use + "--overwrite --method otsu"), 2);
+}
+
+TEST_F(Segment, AModelThatIsNotOneIsToldByItsFault) {
+  write_scene("a", 33);
+  const fs::path model = folder_.path() / "bad.ice-model";
+  const auto fault = [&](const std::string& text) {
+    write_text(model, text);
+    const Outcome o = segment("--model '" + model.string() + "'");
+    expect_one_line_error(o, 1);
+    EXPECT_THAT(o.err, HasSubstr("bad.ice-model"));
+    EXPECT_FALSE(fs::exists(out()));
+    return o.err;
+  };
+  EXPECT_THAT(fault("hello"), HasSubstr("not a Watersky ice model"));
+  EXPECT_THAT(fault("watersky ice model 99\n"), HasSubstr("version"));
+  EXPECT_THAT(fault("watersky ice model 1\nfeatures 1\n"), HasSubstr("cut short"));
+  expect_one_line_error(segment("--model /no/such.ice-model"), 1);
 }
 
 TEST(SegmentReal, OtsuFindsThePolarityOfEveryThermalImage) {

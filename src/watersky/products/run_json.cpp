@@ -118,6 +118,7 @@ json run_json(const Products& products) {
       {"segmentation", name_of(products.options.method)},
       {"model",
        text_or_null(model_name(products.options.method, products.options.parameters.segmentation))},
+      {"pond_is", products.options.parameters.segmentation.learned.ponds_are_ice ? "ice" : "water"},
       {"ice", {{"asked", name_of(products.options.ice)}, {"used", name_of(products.ice)}}},
       {"sea_level", text_or_null(products.sea_level)},
       {"calibration", text_or_null(products.calibration)},

@@ -167,6 +167,7 @@ json segment_json(const SegmentationRun& run) {
            {"method", name_of(run.method)},
            {"model", run.model_name().empty() ? json() : json(run.model_name())},
            {"ice", name_of(run.ice)},
+           {"pond_is", run.pond_is_ice ? "ice" : "water"},
            {"sequence", run.sequence},
            {"flight", run.flight ? findings_json(*run.flight) : json()},
            {"mask", run.mask.empty() ? json() : json(run.mask)},
@@ -177,7 +178,6 @@ json segment_json(const SegmentationRun& run) {
            {"left_out", left_out}};
   if (!run.truth.empty()) {
     const MeanSegmentationScore mean = mean_score(run.scores());
-    out["pond_is"] = run.pond_is_ice ? "ice" : "water";
     figures["scored_images"] = mean.images;
     if (mean.images > 0) {
       figures["accuracy"] = mean.accuracy;

@@ -42,7 +42,7 @@ struct SegmentationRun {
   std::optional<Findings> flight;
   std::string mask;          ///< of what is not sea; empty: none
   std::string truth;         ///< where the masks are; empty: none
-  bool pond_is_ice = false;  ///< in the truth
+  bool pond_is_ice = false;  ///< in the truth and by learned methods
   std::vector<SegmentedImage> images;
   std::vector<LeftOut> left_out;
 

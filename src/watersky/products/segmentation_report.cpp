@@ -207,7 +207,7 @@ std::string making_section(const SegmentationRun& run) {
       row("Images are",
           run.sequence ? "one flight, looked at as a whole first" : "each judged by itself") +
       row("Mask", run.mask) + row("Truth", run.truth);
-  if (!run.truth.empty()) html += row("Melt ponds count as", run.pond_is_ice ? "ice" : "water");
+  html += row("Melt ponds count as", run.pond_is_ice ? "ice" : "water");
   if (run.flight)
     for (const std::string& note : run.flight->notes) html += row("Note", note);
   const Versions versions = detail::versions();

@@ -32,18 +32,19 @@ struct TrainingParameters {
   static void describe(Self& self, Visitor&& visit) {
     visit(self.variants,
           ParameterInfo{"variants", "1",
-                        "altered copies of each image: other scale, cut, contrast, shading, noise "
-                        "and polarity",
+                        "copies of each image, the first as it is, the others altered: scale, cut, "
+                        "contrast, shading, noise",
                         2, 1000});
     visit(self.drawn,
           ParameterInfo{"drawn", "1",
                         "scenes of ice that are drawn, not photographed, to learn from as well: "
                         "they show every concentration, floe size and contrast",
                         0, 10000});
-    visit(self.samples,
-          ParameterInfo{"samples", "1",
-                        "pixels taken from each altered copy; eight times as many from others", 10,
-                        100000});
+    visit(
+        self.samples,
+        ParameterInfo{"samples", "1",
+                      "pixels taken from each altered copy; sixteen times as many from the others",
+                      10, 100000});
     visit(self.passes, ParameterInfo{"passes", "1", "passes over all samples", 1, 1000});
     visit(self.folds,
           ParameterInfo{"folds", "1",

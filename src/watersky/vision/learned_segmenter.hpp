@@ -6,7 +6,6 @@
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
-#include "watersky/base/parameters.hpp"
 #include "watersky/vision/ice_model.hpp"
 #include "watersky/vision/otsu.hpp"
 #include "watersky/vision/segmenter.hpp"
@@ -18,19 +17,15 @@ namespace watersky {
 enum class SegmentationQuality { Fast, Standard, Best };
 
 struct LearnedParameters {
-  bool ponds_are_ice = false;
-  template <class Self, class Visitor>
-  static void describe(Self& self, Visitor&& visit) {
-    visit(self.ponds_are_ice,
-          ParameterInfo{"ponds_are_ice", "1", "count melt ponds on floes as ice (learned only)"});
-  }
+  bool ponds_are_ice = false;  ///< melt ponds on floes count as ice
 };
 
 /// P(ice) by two small networks at two scales, see docs/segmentation.md.
 ///
 /// A gray image does not say by its levels which class is ice. Unless that is given, it is found
-/// from the shapes and surfaces of the classes, in a flight from the shapes in all its frames. Where
-/// it is not sure (kSureOfPolarity), P(ice) lies as much nearer to one half. In colour ice is white.
+/// from the shapes and surfaces of the classes, in a flight from the shapes in all its frames.
+/// Where it is not sure (kSureOfPolarity), P(ice) lies as much nearer to one half. In colour ice is
+/// white.
 ///
 /// Without observe() every image is judged by itself. After it, a gray frame that does not show
 /// two classes is split by the levels of the flight's ice and water, as OtsuSegmenter does it, so

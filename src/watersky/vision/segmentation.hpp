@@ -53,7 +53,6 @@ struct SegmentationParameters {
   WatershedParameters watershed;
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
-    LearnedParameters::describe(self.learned, visit);
     TwoClassEvidence::describe(self.evidence, visit);
     LocalOtsuParameters::describe(self.local_otsu, visit);
     EdgeParameters::describe(self.edges, visit);
