@@ -139,7 +139,8 @@ bool LearnedSegmenter::in_colour(const cv::Mat& image) const {
 
 /// The image at the size at which it is looked at.
 Result<LearnedSegmenter::View> LearnedSegmenter::look(const cv::Mat& image, const cv::Mat& valid,
-                                                      bool find_polarity) const {
+                                                      bool by_flight) const {
+  const bool find_polarity = ice_ == IcePolarity::Auto && !by_flight;
   View view;
   view.colour = in_colour(image);
   const auto& networks = view.colour ? model_.colour : model_.gray;
@@ -164,7 +165,11 @@ Result<LearnedSegmenter::View> LearnedSegmenter::look(const cv::Mat& image, cons
     view.picture.convertTo(quarter, CV_32F);
     quarter_valid = view.valid;
   }
-  view.contrast = detail::shows_two_classes(quarter, quarter_valid, view.levels.threshold, 4);
+  const auto classes = detail::two_classes_of(quarter, quarter_valid, view.levels.threshold, 4);
+  view.contrast = classes.has_value();
+  // Rough ice on a frame without water has two levels as well, but not the flight's.
+  if (classes && by_flight && levels_.classes().two_classes)
+    view.contrast = agrees_with(levels_.classes(), classes->dark, classes->bright);
   if (!find_polarity) {
     view.p_brighter = ice_ == IcePolarity::Auto       ? flight_p_brighter()
                       : ice_ == IcePolarity::Brighter ? 1.0
@@ -187,7 +192,7 @@ void LearnedSegmenter::observe(const cv::Mat& image, const cv::Mat& valid) {
   colour_frames_ += detail::colourful(image);
   levels_.observe(image, valid);
   if (!model_.gray || ice_ != IcePolarity::Auto) return;
-  const auto view = look(detail::luminance(image), valid, true);
+  const auto view = look(detail::luminance(image), valid, false);
   if (!view || !view->contrast) return;
   // A flight has shapes enough.
   polarity_sum_ +=
@@ -240,7 +245,7 @@ Findings LearnedSegmenter::findings_of(const cv::Mat& image, const cv::Mat& vali
     if (p && cv::countNonZero(*p == *p) == 0) findings.notes.emplace_back(kNoteBetween);
     return findings;
   }
-  const auto view = look(image, valid, ice_ == IcePolarity::Auto);
+  const auto view = look(image, valid, false);
   if (!view) return findings;
   if (view->colour) {
     findings.polarity = PolarityEstimate{IcePolarity::Brighter, 1.0, "in colour ice is white"};
@@ -309,7 +314,7 @@ Result<cv::Mat> LearnedSegmenter::segment(const cv::Mat& image, const cv::Mat& v
   WATERSKY_CHECK(detail::check_image(image, valid));
   const auto unknown = [&] { return cv::Mat(image.size(), CV_32F, cv::Scalar(kUnknown)); };
   if (!valid.empty() && cv::countNonZero(valid) == 0) return unknown();
-  WATERSKY_TRY(const View view, look(image, valid, ice_ == IcePolarity::Auto && !observed(image)));
+  WATERSKY_TRY(const View view, look(image, valid, observed(image)));
   cv::Mat p_ice;
   if (view.contrast) {
     p_ice = p_of_view(view, image, valid);
@@ -330,7 +335,7 @@ Result<cv::Mat> LearnedSegmenter::classify(const cv::Mat& image, const cv::Mat& 
   const cv::Scalar none(kUnknown, kUnknown, kUnknown);
   cv::Mat classes(image.size(), CV_32FC3, none);
   if (!valid.empty() && cv::countNonZero(valid) == 0) return classes;
-  WATERSKY_TRY(const View view, look(image, valid, ice_ == IcePolarity::Auto && !observed(image)));
+  WATERSKY_TRY(const View view, look(image, valid, observed(image)));
   if (!view.contrast) return classes;
   Planes scores;
   if (quality_ == SegmentationQuality::Best) {

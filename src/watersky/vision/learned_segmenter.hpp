@@ -57,8 +57,7 @@ class LearnedSegmenter final : public Segmenter {
   [[nodiscard]] bool observed(const cv::Mat& image) const;
   [[nodiscard]] bool in_colour(const cv::Mat& image) const;
   [[nodiscard]] double flight_p_brighter() const;
-  [[nodiscard]] Result<View> look(const cv::Mat& image, const cv::Mat& valid,
-                                  bool find_polarity) const;
+  [[nodiscard]] Result<View> look(const cv::Mat& image, const cv::Mat& valid, bool by_flight) const;
   [[nodiscard]] cv::Mat p_of_view(const View& view, const cv::Mat& image,
                                   const cv::Mat& valid) const;
   [[nodiscard]] std::vector<cv::Mat> best_scores(const View& view, const cv::Mat& valid) const;

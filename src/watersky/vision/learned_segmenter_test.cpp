@@ -83,6 +83,17 @@ TEST(LearnedSegmenter, AFlightDecidesForItsFrames) {
   EXPECT_LT(error(ice_found(flight, frame(rng, hole, 150, -50, 6)), hole), 0.03);
 }
 
+// Rough ice that fills a frame has two levels, too, but not the flight's: it is ice.
+TEST(LearnedSegmenter, InAFlightRoughIceIsNotSplit) {
+  cv::RNG rng(8);
+  LearnedSegmenter flight = make();
+  for (int i = 0; i < 5; ++i)
+    flight.observe(frame(rng, floes(rng, kFrame, 0.2 + 0.05 * i), 60, 100, 6), {});
+  const cv::Mat ridges = floes(rng, kFrame, 0.4);
+  const cv::Mat rough = frame(rng, ridges, 140, 30, 6);
+  EXPECT_GT(fraction(ice_found(flight, rough)), 0.99);
+}
+
 TEST(LearnedSegmenter, ClassesAddUpToOneAndAgreeWithPOfIce) {
   cv::RNG rng(5);
   const cv::Mat image = frame(rng, floes(rng, kFrame, 0.3), 90, 60, 8);

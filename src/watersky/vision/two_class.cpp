@@ -46,12 +46,7 @@ FlightSplit split_by_flight(const FlightClasses& flight, const detail::CoarseVie
   const double contrast = flight.bright - flight.dark;
   const double middle = 0.5 * (flight.bright + flight.dark);
   if (!flight.two_classes) return {FlightSplit::By::Level, middle};
-  const double own_contrast = view.bright - view.dark;
-  const double own_middle = 0.5 * (view.bright + view.dark);
-  const double most_drift = std::max(3.0 * flight.drift_sigma, 0.5 * contrast);
-  const bool own = view.two_classes && own_contrast < kContrastFactor * contrast &&
-                   own_contrast > contrast / kContrastFactor &&
-                   std::abs(own_middle - middle) <= most_drift;
+  const bool own = view.two_classes && agrees_with(flight, view.dark, view.bright);
   double threshold = view.threshold;
   double bright_fraction = view.bright_fraction;
   if (!own) {
@@ -97,6 +92,13 @@ PolarityEstimate polarity_in(const detail::CoarseView& view, bool in_colour) {
 }
 
 }  // namespace
+
+bool agrees_with(const FlightClasses& flight, double dark, double bright) {
+  const double contrast = flight.bright - flight.dark, own_contrast = bright - dark;
+  const double off = std::abs(0.5 * (bright + dark) - 0.5 * (flight.bright + flight.dark));
+  return own_contrast < kContrastFactor * contrast && own_contrast > contrast / kContrastFactor &&
+         off <= std::max(3.0 * flight.drift_sigma, 0.5 * contrast);
+}
 
 Status TwoClassSegmenter::check(const TwoClassEvidence& evidence) { return validate(evidence); }
 

@@ -59,6 +59,10 @@ struct FlightClasses {
   std::size_t two_class_frames = 0;
 };
 
+/// Whether a frame's two classes are the flight's: their contrast within a factor of two of it,
+/// their middle no farther off than it drifts. Two kinds of ice, or waves, are not.
+[[nodiscard]] bool agrees_with(const FlightClasses& flight, double dark, double bright);
+
 /// A segmenter that splits frames in two. Colour is read as luminance: it is what the camera's
 /// JPEG holds at full resolution and with the least noise, and what a decoder gives when asked
 /// for gray, so that a frame is judged alike however it was loaded.

@@ -161,7 +161,8 @@ Split split_bins(const double (&counts)[256]) {
   return split;
 }
 
-bool shows_two_classes(const cv::Mat& level, const cv::Mat& valid, double threshold, int reduced) {
+std::optional<TwoLevels> two_classes_of(const cv::Mat& level, const cv::Mat& valid,
+                                        double threshold, int reduced) {
   CoarseView view{.level = level, .valid = valid, .threshold = threshold};
   double n[2] = {}, sum[2] = {}, square = 0.0, all = 0.0;
   const auto middle = static_cast<float>(threshold);
@@ -198,19 +199,21 @@ bool shows_two_classes(const cv::Mat& level, const cv::Mat& valid, double thresh
     square += static_cast<double>(squares);
   }
   const double total = n[0] + n[1];
-  if (std::min(n[0], n[1]) < std::max(1.0, kSmallestFraction * total)) return false;
+  if (std::min(n[0], n[1]) < std::max(1.0, kSmallestFraction * total)) return std::nullopt;
   const double dark = sum[0] / n[0], bright = sum[1] / n[1], contrast = bright - dark;
   const double within =
       (square - all * all / total) / total - n[0] * n[1] / (total * total) * contrast * contrast;
   view.dark = threshold + dark;
   view.bright = threshold + bright;
   view.bright_fraction = n[1] / total;
-  if (contrast < kSeparation * std::sqrt(std::max(within, 0.0))) return false;
+  if (contrast < kSeparation * std::sqrt(std::max(within, 0.0))) return std::nullopt;
   // Reduced further than a view would be, the same distances are fewer pixels.
   const double finer =
       std::min(1.0, static_cast<double>(factor_of(level.size() * reduced)) / reduced);
-  return has_two_classes(
-      view, {std::max(1, cvRound(finer * kStepReach_px)), std::max(1, cvRound(finer * kLag_px))});
+  const Reach reach{std::max(1, cvRound(finer * kStepReach_px)),
+                    std::max(1, cvRound(finer * kLag_px))};
+  if (!has_two_classes(view, reach)) return std::nullopt;
+  return TwoLevels{view.dark, view.bright};
 }
 
 CoarseView coarse_view(const cv::Mat& frame, const cv::Mat& valid, Cleaned cleaned) {

@@ -3,6 +3,7 @@
 /// A frame with its noise averaged away: what a histogram must be taken from when contrast is
 /// only a few times the noise.
 #include <opencv2/core/mat.hpp>
+#include <optional>
 
 namespace watersky::detail {
 
@@ -29,11 +30,16 @@ enum class Cleaned { Before, After };
 [[nodiscard]] CoarseView coarse_view(const cv::Mat& gray, const cv::Mat& valid,
                                      Cleaned cleaned = Cleaned::Before);
 
-/// CoarseView::two_classes of a frame that somebody else averaged already, over `reduced` x
-/// `reduced` of its pixels, and of Otsu's threshold: without histogram or blur. `level`: CV_32FC1,
-/// `valid` CV_8U or empty, both continuous.
-[[nodiscard]] bool shows_two_classes(const cv::Mat& level, const cv::Mat& valid, double threshold,
-                                     int reduced);
+/// Mean levels of two classes.
+struct TwoLevels {
+  double dark = 0.0, bright = 0.0;
+};
+
+/// What CoarseView::two_classes says of a frame that somebody else averaged already, over `reduced`
+/// x `reduced` of its pixels, and of Otsu's threshold: without histogram or blur. nullopt: it does
+/// not show two classes. `level`: CV_32FC1, `valid` CV_8U or empty, both continuous.
+[[nodiscard]] std::optional<TwoLevels> two_classes_of(const cv::Mat& level, const cv::Mat& valid,
+                                                      double threshold, int reduced);
 
 /// Otsu's split of 256 equal bins.
 struct Split {
