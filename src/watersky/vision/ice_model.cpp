@@ -67,7 +67,8 @@ class ModelReader {
  public:
   ModelReader(std::string_view text, std::string name) : rest_(text), name_(std::move(name)) {}
 
-  Error error(const std::string& what, ErrorCode code = ErrorCode::InvalidInput) const {
+  [[nodiscard]] Error error(const std::string& what,
+                            ErrorCode code = ErrorCode::InvalidInput) const {
     return {code, name_ + ":" + std::to_string(line_) + ": " + what};
   }
 

@@ -23,7 +23,8 @@ double noise_sigma(const cv::Mat& gray) {
   for (int y = 0; y < gray.rows; y += kNoiseRows) {
     const Level* row = gray.ptr<Level>(y);
     for (int x = 1; x + 1 < gray.cols; x += kNoiseColumns)
-      differences.push_back(std::abs(static_cast<float>(row[x - 1]) + static_cast<float>(row[x + 1]) -
+      differences.push_back(std::abs(static_cast<float>(row[x - 1]) +
+                                     static_cast<float>(row[x + 1]) -
                                      2.0F * static_cast<float>(row[x])));
   }
   if (differences.empty()) return 0.0;
@@ -77,7 +78,7 @@ FineDetail::FineDetail(const cv::Mat& gray, const IceScene& scene, const LevelSt
 
 void FineDetail::row(const cv::Mat& p_half, int y, std::vector<float>& p,
                      std::vector<float>& detail) const {
-  const auto width = static_cast<std::size_t>(2 * half_.cols);
+  const auto width = 2 * static_cast<std::size_t>(half_.cols);
   const int cols = smooth_.cols;
   std::vector<float> between(width / 2), level(width), half(width);
   p.resize(width);
