@@ -14,21 +14,11 @@
 #include <string>
 #include <vector>
 
+#include "support/print_figure.hpp"
 #include "watersky/base/result.hpp"
 #include "watersky/registration/registration.hpp"
 
 namespace watersky::study {
-
-/// {"name":…, "value":…, "unit":…}; names are dotted and never change.
-inline void print_figure(const std::string& name, double value, const char* unit = "1") {
-  if (std::isfinite(value)) {
-    std::printf("{\"name\": \"%s\", \"value\": %.6g, \"unit\": \"%s\"}\n", name.c_str(), value,
-                unit);
-  } else {
-    std::printf("{\"name\": \"%s\", \"value\": null, \"unit\": \"%s\"}\n", name.c_str(), unit);
-  }
-  std::fflush(stdout);
-}
 
 /// To standard error and into OUT/table.txt.
 [[gnu::format(printf, 1, 2)]] void tell(const char* format, ...);

@@ -10,23 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "support/print_figure.hpp"
 #include "watersky/base/result.hpp"
 #include "watersky/evaluation/segmentation_score.hpp"
 #include "watersky/io/mask_file.hpp"
 #include "watersky/vision/segmenter.hpp"
 
 namespace watersky::study {
-
-/// {"name":…, "value":…, "unit":…}; names are dotted and never change.
-inline void print_figure(const std::string& name, double value, const char* unit = "1") {
-  if (std::isfinite(value)) {
-    std::printf("{\"name\": \"%s\", \"value\": %.6g, \"unit\": \"%s\"}\n", name.c_str(), value,
-                unit);
-  } else {
-    std::printf("{\"name\": \"%s\", \"value\": null, \"unit\": \"%s\"}\n", name.c_str(), unit);
-  }
-  std::fflush(stdout);
-}
 
 struct LabelledImage {
   std::string name;
