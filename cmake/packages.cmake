@@ -13,6 +13,7 @@ pkg_check_modules(turbojpeg REQUIRED IMPORTED_TARGET libturbojpeg)
 pkg_check_modules(geographiclib REQUIRED IMPORTED_TARGET geographiclib)
 pkg_check_modules(libexif REQUIRED IMPORTED_TARGET libexif)
 find_package(CLI11 2 REQUIRED)
+find_package(Ceres 2.1 REQUIRED)
 
 # OpenCV's headers as system headers, so that our warnings stay ours.
 foreach(component ${WATERSKY_OPENCV_COMPONENTS})

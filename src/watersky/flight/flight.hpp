@@ -88,9 +88,12 @@ struct Flight {
   std::vector<ImageFrame> frames;
   Trajectory trajectory;
   std::optional<SeaLevel> sea_level;
-  bool times_are_utc = true;       ///< false: a clock of unknown time zone; only differences count
-  double readout_s = 0.0;          ///< rolling shutter, first row to last
-  std::optional<double> delay_s;   ///< received minus captured, where captured is not known
+  bool times_are_utc = true;      ///< false: a clock of unknown time zone; only differences count
+  double readout_s = 0.0;         ///< rolling shutter, first row to last
+  std::optional<double> delay_s;  ///< received minus captured, where captured is not known
+  /// Of the offset on the sea (north, east, m²) that all frames share, when their poses'
+  /// covariances say only how they err against each other. Zero: not known.
+  Eigen::Matrix2d shared_covariance_m2 = Eigen::Matrix2d::Zero();
   std::vector<LeftOut> left_out;   ///< frames already left out by the reader
   std::vector<std::string> notes;  ///< what was assumed or noticed, one sentence each
 

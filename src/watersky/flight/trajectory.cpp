@@ -96,6 +96,8 @@ Result<StampedPose> Trajectory::at(Time time, Duration max_gap) const {
                    Point<World>{(1 - b.fraction) * a.world_from_body.origin().v +
                                 b.fraction * c.world_from_body.origin().v}},
                   std::nullopt};
+  if (a.covariance && c.covariance)
+    out.covariance = a.covariance->trace() > c.covariance->trace() ? a.covariance : c.covariance;
   if (a.sigma && c.sigma)
     out.sigma =
         PoseSigma{a.sigma->position_north_east_down_m.cwiseMax(c.sigma->position_north_east_down_m),

@@ -22,6 +22,9 @@ struct StampedPose {
   Time time;
   Rigid3<World, Body> world_from_body{Eigen::Quaterniond::Identity(), Point<World>{}};
   std::optional<PoseSigma> sigma;
+  /// How position and attitude err together, where that is known (an alignment's result): position
+  /// [m], then a rotation vector [rad] that turns the attitude, both along World's axes.
+  std::optional<Eigen::Matrix<double, 6, 6>> covariance{};
 };
 
 /// The body's motion, interpolated between bracketing poses and never extrapolated.

@@ -1,0 +1,849 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/align/alignment.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <deque>
+#include <future>
+#include <map>
+#include <opencv2/imgproc.hpp>
+
+#include "watersky/align/detail/adjustment.hpp"
+#include "watersky/align/detail/capture_clock.hpp"
+#include "watersky/align/detail/revisits.hpp"
+#include "watersky/align/detail/tracker.hpp"
+#include "watersky/geo/rotation.hpp"
+
+namespace watersky {
+
+std::string_view name_of(AlignMethod method) {
+  switch (method) {
+    case AlignMethod::AsGiven: return "as given";
+    case AlignMethod::ConstantDelay: return "constant delay";
+    case AlignMethod::Full: return "full";
+  }
+  return "full";
+}
+
+namespace align {
+namespace {
+
+constexpr double kDelayKnots_s = 5.0;
+constexpr int kHeldOut = 8;  ///< one track of so many judges
+constexpr std::size_t kMostRevisits = 240;
+constexpr int kRevisitPoints = 30;
+constexpr double kDelayUnknownSigma_s = 0.3;
+/// What an attitude is good for where the recording does not say; positions a share of the height.
+constexpr double kAttitudeSigma_rad = 0.5 * std::numbers::pi / 180;
+constexpr double kPositionShare = 0.01;
+
+double median(std::vector<double> v, double share = 0.5) {
+  if (v.empty()) return 0.0;
+  const auto at =
+      v.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1) + 0.5);
+  std::nth_element(v.begin(), at, v.end());
+  return *at;
+}
+
+template <class... T>
+std::string text(const char* format, T... values) {
+  char out[400];
+  std::snprintf(out, sizeof out, format, values...);
+  return out;
+}
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Directions over z to directions over z, by the sea plane.
+std::optional<Eigen::Matrix3d> plane_homography(const ModelCamera& from, const ModelCamera& to) {
+  const Eigen::Matrix3d rf = from.rotation.toRotationMatrix(), rt = to.rotation.toRotationMatrix();
+  Eigen::Matrix3d middle = -from.position_m.z() * Eigen::Matrix3d::Identity();
+  middle.col(2) += from.position_m - to.position_m;
+  Eigen::Matrix3d h = rt.transpose() * middle * rf;
+  if (!h.allFinite() || std::abs(h.determinant()) < 1e-12 * std::pow(h.norm(), 3))
+    return std::nullopt;
+  if (h(2, 2) < 0) h = -h;
+  return h;
+}
+
+class Aligner {
+ public:
+  Aligner(const Flight& flight, const AlignOptions& options, const Progress& progress)
+      : flight_(flight), options_(options), progress_(progress) {}
+  Result<Alignment> run();
+
+ private:
+  struct Loaded {
+    cv::Mat gray;
+    int reduction = 1;
+  };
+
+  Status list_frames();
+  void use_clock();
+  void set_priors();
+  Result<Loaded> load(std::size_t k) const;
+  cv::Mat valid_for(const cv::Mat& image) const;
+  Status track();
+  void set_knots(const std::vector<int>& keyframes);
+  void find_start();
+  void solve(bool variances);
+  void freeze_unobserved();
+  void revisit();
+  [[nodiscard]] std::optional<Eigen::Matrix3d> expected(int from, int to) const;
+  [[nodiscard]] std::optional<Tie> tie(const Eigen::Vector2d& host_px,
+                                       const Eigen::Vector2d& px) const;
+  [[nodiscard]] TieStatistics judge(const AdjustmentState& s) const;
+  [[nodiscard]] AdjustmentState without_errors(double delay_s) const;
+  void finish();
+  void write_frames(const std::optional<Adjustment::Knowledge>& known);
+  void write_estimates(const std::optional<Adjustment::Knowledge>& known);
+
+  const Flight& flight_;
+  const AlignOptions& options_;
+  const Progress& progress_;
+  Alignment out_;
+  std::vector<std::size_t> of_;  ///< Flight::frames of each frame of ours, in order of time
+  std::optional<LocalFrame> local_;
+  std::optional<Navigation> navigation_;
+  std::optional<Adjustment> adjustment_;
+  std::vector<double> received_s_;
+  std::vector<int> keyframes_;
+  bool delayed_ = false;
+  double given_delay_s_ = 0.0;
+  double height_m_ = 0.0, gsd_m_ = 0.0;
+  Globals::Vector globals_before_ = Globals::Vector::Zero();
+  Eigen::Matrix3d matrix_ = Eigen::Matrix3d::Identity();
+};
+
+Status Aligner::list_frames() {
+  if (!flight_.sea_level || !flight_.sea_level->height_ellipsoid_m)
+    return Error{ErrorCode::NotFound, "the height of the sea is not known"};
+  // Any place amid the flight.
+  std::optional<Point<World>> middle;
+  const auto& poses = flight_.trajectory.poses();
+  if (!poses.empty()) middle = poses[poses.size() / 2].world_from_body.origin();
+  for (const ImageFrame& f : flight_.frames)
+    if (!middle && f.own_pose) middle = f.own_pose->world_from_body.origin();
+  if (!middle)
+    return Error{ErrorCode::NotFound, "there are neither recorded poses nor frames with their own"};
+  local_.emplace(flight_.datum, *flight_.sea_level, flight_.datum.geodetic(*middle));
+  WATERSKY_TRY(navigation_,
+               Navigation::make(flight_, *local_, options_.parameters.align_max_pose_gap_s));
+  adjustment_.emplace(*navigation_, flight_.mount, flight_.camera.focal_px(), flight_.readout_s);
+  given_delay_s_ = flight_.delay_s.value_or(0.0);
+
+  struct Listed {
+    std::size_t index;
+    AdjustedFrame frame;
+    double received_s;
+  };
+  std::vector<Listed> listed;
+  for (std::size_t i = 0; i < flight_.frames.size(); ++i) {
+    const ImageFrame& f = flight_.frames[i];
+    AdjustedFrame frame;
+    if (f.own_pose && (!flight_.gimbal_reference || f.own_gimbal)) {
+      auto still = Navigation::still(flight_, *local_, *f.own_pose, f.own_gimbal);
+      if (!still) {
+        out_.left_out.push_back({f.name, still.error().message});
+        continue;
+      }
+      frame.base_s = navigation_->since_epoch_s(f.own_pose->time);
+      frame.own = *still;
+    } else if (f.captured_at) {
+      frame.base_s = navigation_->since_epoch_s(*f.captured_at);
+    } else if (f.received_at) {
+      frame.base_s = navigation_->since_epoch_s(*f.received_at);
+      frame.delayed = true;
+    } else {
+      out_.left_out.push_back({f.name, "it has neither a capture time nor an arrival time"});
+      continue;
+    }
+    const double slack_s = frame.delayed ? options_.parameters.max_delay_s : 0.0;
+    if (!frame.own && !navigation_->covers(frame.base_s) &&
+        !navigation_->covers(frame.base_s - slack_s)) {
+      const auto at = flight_.trajectory.at(frame.delayed ? *f.received_at : *f.captured_at,
+                                            seconds(options_.parameters.align_max_pose_gap_s));
+      out_.left_out.push_back({f.name, at ? "no pose at its time" : at.error().message});
+      continue;
+    }
+    listed.push_back({i, frame, frame.base_s});
+  }
+  std::stable_sort(listed.begin(), listed.end(), [](const Listed& a, const Listed& b) {
+    return a.frame.base_s < b.frame.base_s;
+  });
+  for (Listed& l : listed) {
+    of_.push_back(l.index);
+    received_s_.push_back(l.received_s);
+    delayed_ = delayed_ || l.frame.delayed;
+    adjustment_->frames.push_back(std::move(l.frame));
+  }
+  matrix_ = flight_.camera.camera_matrix();
+  std::vector<double> heights;
+  for (const auto& f : adjustment_->frames)
+    heights.push_back(-(f.own ? f.own->position_m : navigation_->at(f.base_s).position_m).z());
+  height_m_ = median(heights);
+  gsd_m_ = height_m_ / flight_.camera.focal_px();
+  if (!of_.empty() && !(height_m_ > 0))
+    return Error{ErrorCode::Degenerate,
+                 text("the flight is %.1f m below the sea; check the sea level", -height_m_)};
+  return {};
+}
+
+/// Where all delayed frames carry a counter, their regular clock takes the place of arrival.
+void Aligner::use_clock() {
+  std::vector<std::uint64_t> counters;
+  std::vector<double> received;
+  for (std::size_t k = 0; k < of_.size(); ++k) {
+    const ImageFrame& f = flight_.frames[of_[k]];
+    if (!adjustment_->frames[k].delayed || !f.counter) return;
+    counters.push_back(*f.counter);
+    received.push_back(adjustment_->frames[k].base_s);
+  }
+  const auto clock = fit_capture_clock(counters, received);
+  if (!clock) {
+    if (!counters.empty())
+      out_.notes.emplace_back(
+          "The frames carry counters, but those do not rise with time; each frame's delay was "
+          "estimated by itself.");
+    return;
+  }
+  for (std::size_t k = 0; k < of_.size(); ++k)
+    adjustment_->frames[k].base_s =
+        clock->start_s + clock->period_s * static_cast<double>(counters[k]);
+  adjustment_->priors.jitter_s = 0.0;
+  out_.notes.push_back(
+      text("Frames are counted: a regular clock of %.3f ms a frame under their "
+           "arrivals took out %.0f ms of jitter.",
+           1e3 * clock->period_s, 1e3 * clock->jitter_s));
+}
+
+void Aligner::set_priors() {
+  const AlignParameters& p = options_.parameters;
+  AdjustmentPriors& priors = adjustment_->priors;
+  const PoseSigma& said = navigation_->typical_sigma();
+  for (int k = 0; k < 3; ++k) {
+    const double position_m = said.position_north_east_down_m[k];
+    const double attitude_rad = said.roll_pitch_yaw_rad[k];
+    priors.knot[k] = position_m > 0 ? position_m : kPositionShare * height_m_;
+    priors.knot[k + 3] = attitude_rad > 0 ? attitude_rad : kAttitudeSigma_rad;
+  }
+  Globals::Vector& g = priors.globals;
+  g.setZero();
+  g.segment<3>(Globals::kMount)
+      .setConstant(flight_.mount.sigma_rad > 0 ? flight_.mount.sigma_rad
+                                               : Angle::degrees(p.mount_sigma_deg).radians());
+  // Where the ruler's error is less than a fraction of a pixel there is nothing to look for.
+  if (p.lever_arm_sigma_m > 0.5 * gsd_m_)
+    g.segment<3>(Globals::kLever).setConstant(p.lever_arm_sigma_m);
+  g[Globals::kFocal] = flight_.calibration.focal_sigma_px > 0
+                           ? flight_.calibration.focal_sigma_px / flight_.camera.focal_px()
+                           : 0.01 * p.focal_sigma_percent;
+  g[Globals::kHeight] = flight_.sea_level->sigma_m;
+  if (flight_.gimbal_reference) {
+    g.segment<3>(Globals::kEncoder).setConstant(Angle::degrees(1.0).radians());
+    if (!flight_.gimbal.rotations().empty()) g[Globals::kLatency] = 0.05;
+  }
+  if (p.estimate_ice_drift) g.segment<2>(Globals::kDrift).setConstant(0.5);
+  globals_before_ = g;
+  priors.delay_walk_s = p.delay_walk_s;
+  priors.delay_s = flight_.delay_s ? 0.05 : kDelayUnknownSigma_s;
+  priors.jitter_s = 0.0;
+  if (!delayed_) return;
+  // Arrivals of a regular camera differ by its period and twice the jitter.
+  std::vector<double> steps, off;
+  for (std::size_t k = 1; k < received_s_.size(); ++k)
+    steps.push_back(received_s_[k] - received_s_[k - 1]);
+  const double period_s = median(steps);
+  for (const double s : steps) off.push_back(std::abs(s - period_s));
+  priors.jitter_s = std::clamp(median(off) / 0.6745 / std::sqrt(2.0), 1e-3, 0.2);
+}
+
+Result<Aligner::Loaded> Aligner::load(std::size_t k) const {
+  constexpr int kEnough_px = 1024;
+  int reduction = 1;
+  const int side = std::max(flight_.camera.width_px(), flight_.camera.height_px());
+  while (reduction < 8 && side / (2 * reduction) >= kEnough_px) reduction *= 2;
+  WATERSKY_TRY(cv::Mat image,
+               flight_.frames[of_[k]].load({.color = false, .reduction = reduction}));
+  for (const int r : {reduction, 1}) {
+    const CameraModel model = flight_.camera.reduced_by(r);
+    if (image.cols == model.width_px() && image.rows == model.height_px())
+      return Loaded{std::move(image), r};
+  }
+  return Error{ErrorCode::InvalidInput, "its image does not have the calibration's " +
+                                            std::to_string(flight_.camera.width_px()) + "x" +
+                                            std::to_string(flight_.camera.height_px()) + " pixels"};
+}
+
+cv::Mat Aligner::valid_for(const cv::Mat& image) const {
+  if (options_.camera_mask.empty()) return {};
+  cv::Mat valid;
+  cv::resize(options_.camera_mask, valid, image.size(), 0, 0, cv::INTER_NEAREST);
+  return valid;
+}
+
+std::optional<Eigen::Matrix3d> Aligner::expected(int from, int to) const {
+  const auto h = plane_homography(adjustment_->camera(from), adjustment_->camera(to));
+  if (!h) return std::nullopt;
+  return matrix_ * *h * matrix_.inverse();
+}
+
+std::optional<Tie> Aligner::tie(const Eigen::Vector2d& host_px, const Eigen::Vector2d& px) const {
+  const auto h = flight_.camera.direction({host_px.x(), host_px.y()});
+  const auto f = flight_.camera.direction({px.x(), px.y()});
+  if (!h || !f || !(h->v.z() > 0.05) || !(f->v.z() > 0.05)) return std::nullopt;
+  Tie t;
+  t.host = h->v.hnormalized();
+  t.frame = f->v.hnormalized();
+  const double rows = flight_.camera.height_px();
+  t.host_row = (host_px.y() + 0.5) / rows - 0.5;
+  t.frame_row = (px.y() + 0.5) / rows - 0.5;
+  return t;
+}
+
+Status Aligner::track() {
+  WATERSKY_TRY(const auto registrar, make_registrar(RegistrationMethod::Klt));
+  const AlignParameters& p = options_.parameters;
+  TrackerOptions tracker_options;
+  tracker_options.points = p.tracked_points;
+  tracker_options.keyframe_interval_s = p.keyframe_interval_s;
+  Tracker tracker(tracker_options, registrar.get());
+  std::map<std::pair<int, int>, std::size_t> group_of;
+  std::vector<int> keyframes;
+  std::map<std::string, int> lost;
+  const std::size_t n = of_.size();
+  std::deque<std::future<Result<Loaded>>> ahead;
+  const std::size_t window = static_cast<std::size_t>(std::max(1, options_.threads)) + 1;
+  std::size_t next = 0;
+  int before = -1;
+  for (std::size_t k = 0; k < n; ++k) {
+    report(progress_, "tracking", k, n);
+    for (; next < n && next < k + window; ++next)
+      ahead.push_back(std::async(options_.threads > 1 ? std::launch::async : std::launch::deferred,
+                                 [this, next] { return load(next); }));
+    const auto image = ahead.front().get();
+    ahead.pop_front();
+    if (!image) continue;  // mapping meets it again and says so
+    const int frame = static_cast<int>(k);
+    const double started = now_s();
+    const auto step =
+        tracker.add(frame, adjustment_->frames[k].base_s, image->gray, image->reduction,
+                    valid_for(image->gray), before < 0 ? std::nullopt : expected(before, frame));
+    out_.tracking_s += now_s() - started;
+    before = frame;
+    if (!step) continue;
+    if (step->keyframe) keyframes.push_back(frame);
+    if (!step->lost.empty()) ++lost[step->lost];
+    for (const Sighting& s : step->sightings) {
+      auto made = tie(s.host_px, s.px);
+      if (!made) continue;
+      made->held_out = s.track % kHeldOut == kHeldOut - 1;
+      const auto [found, is_new] =
+          group_of.try_emplace({s.host, frame}, adjustment_->groups.size());
+      if (is_new) adjustment_->groups.push_back({s.host, frame, false, {}});
+      adjustment_->groups[found->second].ties.push_back(*made);
+      ++out_.sightings;
+    }
+  }
+  report(progress_, "tracking", n, n);
+  set_knots(keyframes);
+  if (adjustment_->groups.empty() && !lost.empty()) {
+    const auto most = std::max_element(
+        lost.begin(), lost.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    out_.method_reason = "no frame could be tied to another (" + most->first + ")";
+  }
+  return {};
+}
+
+void Aligner::set_knots(const std::vector<int>& keyframes) {
+  keyframes_ = keyframes;
+  out_.keyframes = keyframes.size();
+  auto& frames = adjustment_->frames;
+  std::vector<double> times;
+  const auto add = [&](double t_s) {
+    if (times.empty() || t_s > times.back() + 1e-6) times.push_back(t_s);
+  };
+  add(frames.front().base_s);
+  for (const int k : keyframes) add(frames[static_cast<std::size_t>(k)].base_s);
+  add(frames.back().base_s);
+  adjustment_->knot_times_s = times;
+  for (AdjustedFrame& f : frames) {
+    const auto after = std::upper_bound(times.begin(), times.end(), f.base_s + 1e-9);
+    const auto i = static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(
+        after - times.begin() - 1, 0, static_cast<std::ptrdiff_t>(times.size()) - 1));
+    f.knot = static_cast<int>(i);
+    f.weight = i + 1 < times.size()
+                   ? std::clamp((f.base_s - times[i]) / (times[i + 1] - times[i]), 0.0, 1.0)
+                   : 0.0;
+    if (f.weight < 1e-6) f.weight = 0.0;
+  }
+  adjustment_->delay_knot_times_s.clear();
+  if (delayed_) {
+    const double first = frames.front().base_s, last = frames.back().base_s;
+    const int pieces = std::max(1, static_cast<int>(std::lround((last - first) / kDelayKnots_s)));
+    if (last - first < kDelayKnots_s) {
+      adjustment_->delay_knot_times_s = {first};
+    } else {
+      for (int k = 0; k <= pieces; ++k)
+        adjustment_->delay_knot_times_s.push_back(first + (last - first) * k / pieces);
+    }
+  }
+}
+
+AdjustmentState Aligner::without_errors(double delay_s) const {
+  AdjustmentState s = adjustment_->state;
+  for (auto& k : s.knots) k.fill(0.0);
+  for (auto& e : s.extra) e.fill(0.0);
+  std::fill(s.delay_s.begin(), s.delay_s.end(), delay_s);
+  std::fill(s.jitter_s.begin(), s.jitter_s.end(), 0.0);
+  s.globals.setZero();
+  return s;
+}
+
+/// The delay under which the navigation's motion explains the images' best.
+void Aligner::find_start() {
+  adjustment_->delay_start_s = given_delay_s_;
+  adjustment_->reset();
+  if (!delayed_) return;
+  // Pairs some tenths of a second apart: long enough that motion stands out of the noise, short
+  // enough that navigation errors do not.
+  std::vector<std::pair<double, std::size_t>> by_span;
+  const auto& groups = adjustment_->groups;
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    const double span = adjustment_->frames[static_cast<std::size_t>(groups[g].frame)].base_s -
+                        adjustment_->frames[static_cast<std::size_t>(groups[g].host)].base_s;
+    by_span.emplace_back(std::abs(std::log(std::max(1e-3, span) / 0.35)), g);
+  }
+  std::sort(by_span.begin(), by_span.end());
+  // Of the better half of spans, spread over the flight.
+  std::vector<std::size_t> chosen;
+  for (std::size_t k = 0; k < std::max<std::size_t>(1, by_span.size() / 3) && k < by_span.size();
+       ++k)
+    chosen.push_back(by_span[k].second);
+  std::sort(chosen.begin(), chosen.end());
+  constexpr std::size_t kMostPairs = 400;
+  std::vector<std::size_t> used;
+  for (std::size_t k = 0; k < std::min(kMostPairs, chosen.size()); ++k)
+    used.push_back(chosen[k * chosen.size() / std::min(kMostPairs, chosen.size())]);
+  const auto score = [&](double delay_s) {
+    const AdjustmentState s = without_errors(delay_s);
+    std::vector<double> sizes;
+    for (const std::size_t g : used) {
+      std::vector<double> u, v;
+      for (const Tie& t : groups[g].ties)
+        if (const auto r = adjustment_->residual_px(groups[g], t, s)) {
+          u.push_back(r->x());
+          v.push_back(r->y());
+          if (u.size() >= 7) break;
+        }
+      if (!u.empty()) sizes.push_back(std::hypot(median(u), median(v)));
+    }
+    return median(sizes);
+  };
+  double best_s = given_delay_s_, best = score(given_delay_s_);
+  const double at_given = best;
+  const double from = flight_.delay_s ? *flight_.delay_s - 0.3 : -0.1;
+  const double to = flight_.delay_s ? *flight_.delay_s + 0.3 : options_.parameters.max_delay_s;
+  for (double d = from; d <= to + 1e-9; d += 0.01)
+    if (const double now = score(d); now < best) best = now, best_s = d;
+  // A valley, or the delay is not to be seen: then what was given stands.
+  if (best < 0.95 * at_given) adjustment_->delay_start_s = best_s;
+  adjustment_->reset();
+}
+
+void Aligner::solve(bool variances) {
+  AdjustmentOptions o;
+  o.rounds = variances ? 4 : 2;
+  o.estimate_variances = variances;
+  o.threads = options_.threads;
+  const double started = now_s();
+  adjustment_->solve(o);
+  out_.solving_s += now_s() - started;
+}
+
+/// What has not become twice as well known as it was stays as given: what moves it then is what
+/// the model does not know, not what the images show.
+void Aligner::freeze_unobserved() {
+  const auto known = adjustment_->knowledge();
+  if (!known) return;
+  auto& prior = adjustment_->priors.globals;
+  bool frozen = false;
+  for (int k = 0; k < Globals::kSize; ++k)
+    if (prior[k] > 0.0 && known->globals_sigma[k] > 0.5 * prior[k]) {
+      prior[k] = 0.0;
+      adjustment_->state.globals[k] = 0.0;
+      frozen = true;
+    }
+  if (frozen) solve(false);
+}
+
+void Aligner::revisit() {
+  if (!options_.parameters.revisits || keyframes_.size() < 3) return;
+  const auto made = make_registrar(RegistrationMethod::Klt);
+  if (!made) return;
+  const Registrar& registrar = **made;
+  // How long places are followed without a gap: what that ties need not be tied again.
+  double longest_s = 0.0;
+  for (const TieGroup& g : adjustment_->groups)
+    longest_s =
+        std::max(longest_s, adjustment_->frames[static_cast<std::size_t>(g.frame)].base_s -
+                                adjustment_->frames[static_cast<std::size_t>(g.host)].base_s);
+  std::vector<Revisitable> list;
+  const double half = 0.5 * std::min(flight_.camera.width_px(), flight_.camera.height_px()) /
+                      flight_.camera.focal_px();
+  for (const int k : keyframes_) {
+    const ModelCamera camera = adjustment_->camera(k);
+    const Eigen::Vector3d ray = camera.rotation * Eigen::Vector3d::UnitZ();
+    if (!(ray.z() > 0.15)) continue;
+    const Eigen::Vector2d middle =
+        (camera.position_m - camera.position_m.z() / ray.z() * ray).head<2>();
+    const double reach = -camera.position_m.z() / ray.z() * half;
+    if (!list.empty() && (middle - list.back().middle_m).norm() < 0.4 * reach) continue;
+    list.push_back({k, adjustment_->frames[static_cast<std::size_t>(k)].base_s, middle, reach});
+  }
+  const double apart_s = std::max(1.2 * longest_s, 2.0 * options_.parameters.keyframe_interval_s);
+  auto pairs = revisit_pairs(list, apart_s, kMostRevisits);
+  const double sigma_px = std::hypot(adjustment_->priors.knot.head<2>().norm(),
+                                     adjustment_->priors.knot.segment<2>(3).norm() * height_m_) /
+                          gsd_m_;
+  const double reach_px = std::clamp(3.0 * sigma_px, 4.0, 40.0);
+
+  std::map<int, Loaded> cache;
+  constexpr std::size_t kCached = 300;
+  const auto picture = [&](int k) -> const Loaded* {
+    if (const auto found = cache.find(k); found != cache.end()) return &found->second;
+    auto loaded = load(static_cast<std::size_t>(k));
+    if (!loaded) return nullptr;
+    constexpr int kSide_px = 1024;
+    int more = 1;
+    while (std::max(loaded->gray.cols, loaded->gray.rows) / more > kSide_px) ++more;
+    if (more > 1) {
+      const cv::Size size(loaded->gray.cols / more, loaded->gray.rows / more);
+      cv::resize(loaded->gray(cv::Rect(0, 0, size.width * more, size.height * more)), loaded->gray,
+                 size, 0, 0, cv::INTER_AREA);
+      loaded->reduction *= more;
+    }
+    if (cache.size() >= kCached) cache.erase(cache.begin());
+    return &(cache[k] = *std::move(loaded));
+  };
+  std::size_t done = 0;
+  for (const RevisitPair& pair : pairs) {
+    report(progress_, "revisits", done++, pairs.size());
+    const auto b_from_a = expected(pair.a, pair.b);
+    const Loaded* a = picture(pair.a);
+    if (!a || !b_from_a) continue;
+    const Loaded a_kept = *a;  // the cache may let go of it
+    const Loaded* b = picture(pair.b);
+    if (!b || b->reduction != a_kept.reduction) continue;
+    const double started = now_s();
+    const auto found = find_again(a_kept.gray, b->gray, a_kept.reduction, *b_from_a, reach_px,
+                                  registrar, kRevisitPoints);
+    out_.tracking_s += now_s() - started;
+    TieGroup group{pair.a, pair.b, true, {}};
+    int at = 0;
+    for (const PixelPair& p : found)
+      if (auto made_tie = tie(p.a, p.b)) {
+        made_tie->held_out = at++ % kHeldOut == kHeldOut - 1;
+        group.ties.push_back(*made_tie);
+      }
+    if (group.ties.empty()) continue;
+    adjustment_->groups.push_back(std::move(group));
+    ++out_.revisits;
+  }
+}
+
+TieStatistics Aligner::judge(const AdjustmentState& s) const {
+  std::vector<double> metres, pixels;
+  for (const TieGroup& g : adjustment_->groups)
+    for (const Tie& t : g.ties) {
+      if (!t.held_out) continue;
+      const auto m = adjustment_->disagreement_m(g, t, s);
+      const auto r = adjustment_->residual_px(g, t, s);
+      if (!m || !r) continue;
+      metres.push_back(*m);
+      pixels.push_back(r->norm());
+    }
+  return {metres.size(), median(metres), median(metres, 0.9), median(pixels)};
+}
+
+void Aligner::finish() {
+  auto& a = *adjustment_;
+  out_.pixel_sigma = a.priors.pixel;
+  const AdjustmentState full = a.state;
+  double mean_delay_s = 0.0;
+  for (const double d : full.delay_s) mean_delay_s += d / static_cast<double>(full.delay_s.size());
+  const AdjustmentState given = without_errors(given_delay_s_);
+  const AdjustmentState constant = without_errors(mean_delay_s);
+  out_.as_given = judge(given);
+  out_.constant_delay = delayed_ ? judge(constant) : out_.as_given;
+  out_.after = judge(full);
+  out_.method = AlignMethod::Full;
+  const double best = std::min(out_.as_given.median_m, out_.constant_delay.median_m);
+  if (out_.after.ties < 10) {
+    out_.method = AlignMethod::AsGiven;
+    out_.method_reason = text(
+        "only %d places were seen in more than one frame; at least 10 must "
+        "be there to judge by",
+        static_cast<int>(out_.after.ties));
+  } else if (out_.after.median_m > best) {
+    const bool constant_better = delayed_ && out_.constant_delay.median_m < out_.as_given.median_m;
+    out_.method = constant_better ? AlignMethod::ConstantDelay : AlignMethod::AsGiven;
+    out_.method_reason = text(
+        "places that took no part disagree by %.3f m after the full "
+        "adjustment, and by %.3f m without it",
+        out_.after.median_m, best);
+  }
+  if (out_.method == AlignMethod::AsGiven) a.state = given;
+  if (out_.method == AlignMethod::ConstantDelay) a.state = constant;
+  if (out_.method != AlignMethod::Full) out_.after = judge(a.state);
+  std::optional<Adjustment::Knowledge> known;
+  if (out_.method == AlignMethod::Full) known = a.knowledge();
+  write_estimates(known);
+  write_frames(known);
+}
+
+void Aligner::write_estimates(const std::optional<Adjustment::Knowledge>& known) {
+  auto& a = *adjustment_;
+  const Globals::Vector& g = a.state.globals;
+  const auto angles = [&](const Eigen::Vector3d& boresight) {
+    const YawPitchRoll ypr = yaw_pitch_roll(flight_.mount.rotation * exp_rotation(boresight) *
+                                            forward_right_down_from_camera().conjugate());
+    return Eigen::Vector3d(ypr.roll.degrees(), ypr.pitch.degrees(), ypr.yaw.degrees());
+  };
+  const Eigen::Vector3d boresight = g.segment<3>(Globals::kMount);
+  const Eigen::Vector3d given = angles(Eigen::Vector3d::Zero());
+  Eigen::Vector3d found = angles(boresight);
+  // Straight down roll and yaw share an axis: the pair nearest to what was given.
+  for (int k = 0; k < 3; ++k) found[k] = given[k] + std::remainder(found[k] - given[k], 360.0);
+  const auto sigma_of = [&](int k) { return known ? known->globals_sigma[k] : 0.0; };
+  const auto observed = [&](int k) {
+    return known && globals_before_[k] > 0 && a.priors.globals[k] > 0;
+  };
+  const auto add = [&](const char* name, const char* unit, double scale, double value,
+                       double before, int k) {
+    if (globals_before_[k] <= 0) return;
+    Estimate e;
+    e.name = name;
+    e.unit = unit;
+    e.given = before;
+    e.observed = observed(k);
+    e.value = e.observed ? value : before;
+    e.sigma_before = scale * globals_before_[k];
+    e.sigma = e.observed ? scale * sigma_of(k) : e.sigma_before;
+    out_.estimates.push_back(e);
+  };
+  constexpr double kDegree = 180 / std::numbers::pi;
+  // About the camera's own axes: right, down and forward of the image.
+  add("mount_about_image_right_deg", "deg", kDegree, kDegree * boresight.x(), 0.0, Globals::kMount);
+  add("mount_about_image_down_deg", "deg", kDegree, kDegree * boresight.y(), 0.0,
+      Globals::kMount + 1);
+  add("mount_about_optical_axis_deg", "deg", kDegree, kDegree * boresight.z(), 0.0,
+      Globals::kMount + 2);
+  const Eigen::Vector3d lever = flight_.mount.lever_arm_m;
+  const char* const lever_names[3] = {"mount_x_m", "mount_y_m", "mount_z_m"};
+  for (int k = 0; k < 3; ++k)
+    add(lever_names[k], "m", 1.0, lever[k] + g[Globals::kLever + k], lever[k], Globals::kLever + k);
+  add("focal_scale", "1", 1.0, 1.0 + g[Globals::kFocal], 1.0, Globals::kFocal);
+  add("height_offset_m", "m", 1.0, g[Globals::kHeight], 0.0, Globals::kHeight);
+  const char* const encoder_names[3] = {"gimbal_base_roll_deg", "gimbal_base_pitch_deg",
+                                        "gimbal_base_yaw_deg"};
+  for (int k = 0; k < 3; ++k)
+    add(encoder_names[k], "deg", kDegree, kDegree * g[Globals::kEncoder + k], 0.0,
+        Globals::kEncoder + k);
+  add("gimbal_latency_s", "s", 1.0, g[Globals::kLatency], 0.0, Globals::kLatency);
+  add("ice_drift_north_m_s", "m/s", 1.0, g[Globals::kDrift], 0.0, Globals::kDrift);
+  add("ice_drift_east_m_s", "m/s", 1.0, g[Globals::kDrift + 1], 0.0, Globals::kDrift + 1);
+
+  out_.mount = flight_.mount;
+  out_.mount.rotation = flight_.mount.rotation * exp_rotation(boresight);
+  out_.mount.lever_arm_m += g.segment<3>(Globals::kLever);
+  if (out_.method == AlignMethod::Full) {
+    out_.mount.assumed = false;
+    // The poses' covariances hold what is left of the mount's uncertainty.
+    out_.mount.sigma_rad = known ? known->globals_sigma.segment<3>(Globals::kMount).maxCoeff() : 0;
+  }
+  out_.focal_scale = 1.0 + g[Globals::kFocal];
+  out_.navigation_sigma.position_north_east_down_m = a.priors.knot.head<3>();
+  out_.navigation_sigma.roll_pitch_yaw_rad = a.priors.knot.tail<3>();
+  if (known) out_.shared_covariance_m2 = known->shared_m2;
+  out_.delay_estimated = delayed_ && out_.method != AlignMethod::AsGiven;
+  if (out_.delay_estimated)
+    for (std::size_t k = 0; k < a.state.delay_s.size(); ++k)
+      out_.delay.push_back(
+          {navigation_->epoch() + seconds(a.delay_knot_times_s[k]), a.state.delay_s[k],
+           known && k < known->delay_sigma_s.size() ? known->delay_sigma_s[k] : 0});
+}
+
+void Aligner::write_frames(const std::optional<Adjustment::Knowledge>& known) {
+  auto& a = *adjustment_;
+  std::vector<std::size_t> ties(a.frames.size(), 0);
+  for (const TieGroup& g : a.groups)
+    for (const int f : {g.host, g.frame}) ties[static_cast<std::size_t>(f)] += g.ties.size();
+  const bool ned = flight_.gimbal_reference == GimbalReference::NorthEastDown;
+  for (std::size_t k = 0; k < a.frames.size(); ++k) {
+    const ImageFrame& f = flight_.frames[of_[k]];
+    const int frame = static_cast<int>(k);
+    const ModelPlatform platform = a.platform(frame);
+    if (!a.frames[k].own && !navigation_->covers(platform.t_s)) {
+      out_.left_out.push_back({f.name, "no poses bracket its time less the delay"});
+      continue;
+    }
+    AlignedFrame made;
+    made.index = of_[k];
+    made.captured = navigation_->epoch() + seconds(platform.t_s);
+    if (f.captured_at && !a.frames[k].own) made.captured = *f.captured_at;
+    if (a.frames[k].own) made.captured = f.own_pose->time;
+    made.delay_s = a.frames[k].delayed ? received_s_[k] - platform.t_s : 0.0;
+    made.ties = ties[k];
+    const auto world_from_local = local_->world_from_local_rotation(platform.position_m);
+    // The body: of a gimbal against north, east, down its attitude plays no part.
+    LocalPose body{platform.reference, platform.position_m};
+    if (ned) {
+      const auto at = flight_.trajectory.at(made.captured, Duration::max());
+      const Rigid3<World, Body> recorded =
+          f.own_pose && a.frames[k].own ? f.own_pose->world_from_body
+          : at                          ? at->world_from_body
+                                        : Rigid3<World, Body>(Eigen::Quaterniond::Identity(), {});
+      if (const auto local = local_->local(recorded)) body.rotation = local->rotation;
+    }
+    const auto world = local_->world(body);
+    if (!world || !world_from_local) {
+      out_.left_out.push_back({f.name, (world ? world_from_local.error() : world.error()).message});
+      continue;
+    }
+    made.pose.time = made.captured;
+    made.pose.world_from_body = *world;
+    if (flight_.gimbal_reference) {
+      // Against the reference as it is read back: north, east, down, or the corrected body.
+      if (ned) {
+        const auto place = local_->geodetic(platform.position_m);
+        if (place)
+          made.gimbal =
+              local_->local_from_ned(*place).conjugate() * platform.reference * platform.gimbal;
+      } else {
+        made.gimbal = platform.gimbal;
+      }
+    }
+    const ModelCamera camera = a.camera(frame);
+    made.velocity_m_s = *world_from_local * camera.velocity_m_s;
+    made.turn_rate_rad_s = *world_from_local * camera.rate_rad_s;
+    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
+    if (known && k < known->camera.size()) {
+      covariance = known->camera[k];
+    } else {
+      covariance.diagonal() = a.priors.knot.cwiseAbs2();
+      for (int c = 0; c < 3; ++c)
+        covariance(3 + c, 3 + c) += std::pow(globals_before_[Globals::kMount + c], 2);
+    }
+    Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
+    turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() =
+        world_from_local->toRotationMatrix();
+    made.pose.covariance = turn * covariance * turn.transpose();
+    PoseSigma sigma;
+    covariance.topLeftCorner<2, 2>() += out_.shared_covariance_m2;
+    sigma.position_north_east_down_m = covariance.diagonal().head<3>().cwiseSqrt();
+    const Eigen::Matrix3d to_body = platform.reference.toRotationMatrix().transpose();
+    sigma.roll_pitch_yaw_rad =
+        (to_body * covariance.bottomRightCorner<3, 3>() * to_body.transpose())
+            .diagonal()
+            .cwiseSqrt();
+    made.pose.sigma = sigma;
+    out_.frames.push_back(std::move(made));
+  }
+  std::stable_sort(
+      out_.frames.begin(), out_.frames.end(),
+      [](const AlignedFrame& x, const AlignedFrame& y) { return x.captured < y.captured; });
+}
+
+Result<Alignment> Aligner::run() {
+  WATERSKY_CHECK(list_frames());
+  if (of_.empty()) {
+    out_.method_reason = "no frame has both a time and poses around it";
+    return std::move(out_);
+  }
+  set_priors();
+  use_clock();
+  adjustment_->knot_times_s = {0.0};
+  adjustment_->delay_start_s = flight_.delay_s.value_or(0.2);
+  if (delayed_) adjustment_->delay_knot_times_s = {0.0};
+  adjustment_->reset();
+  WATERSKY_CHECK(track());
+  find_start();
+  if (!adjustment_->groups.empty()) {
+    report(progress_, "adjusting", 0, 3);
+    solve(true);
+    report(progress_, "adjusting", 1, 3);
+    revisit();
+    if (out_.revisits > 0) solve(true);
+    report(progress_, "adjusting", 2, 3);
+    freeze_unobserved();
+    adjustment_->solve_frames();
+    report(progress_, "adjusting", 3, 3);
+  }
+  finish();
+  return std::move(out_);
+}
+
+}  // namespace
+}  // namespace align
+
+Result<Alignment> align_flight(const Flight& flight, const AlignOptions& options,
+                               const Progress& progress) {
+  WATERSKY_CHECK(validate(options.parameters));
+  return align::Aligner(flight, options, progress).run();
+}
+
+Result<Flight> aligned(const Flight& flight, const Alignment& alignment) {
+  Flight out = flight;
+  out.frames.clear();
+  out.left_out.insert(out.left_out.end(), alignment.left_out.begin(), alignment.left_out.end());
+  out.mount = alignment.mount;
+  out.delay_s.reset();
+  out.shared_covariance_m2 = alignment.shared_covariance_m2;
+  Eigen::Matrix3d matrix = flight.camera.camera_matrix();
+  matrix(0, 0) *= alignment.focal_scale;
+  matrix(1, 1) *= alignment.focal_scale;
+  WATERSKY_TRY(out.camera,
+               CameraModel::make(flight.camera.lens(), flight.camera.width_px(),
+                                 flight.camera.height_px(), matrix, flight.camera.distortion()));
+  std::vector<StampedPose> poses;
+  std::vector<StampedRotation> gimbal;
+  const double half_s = 0.5 * flight.readout_s;
+  const Duration tick(1);
+  for (const AlignedFrame& a : alignment.frames) {
+    ImageFrame frame = flight.frames[a.index];
+    Time captured = a.captured;
+    // Poses must differ in time; two frames of one moment, or rows that reach into the next
+    // frame, are put apart by nanoseconds.
+    if (!poses.empty() && captured <= poses.back().time) captured = poses.back().time + tick;
+    frame.captured_at = captured;
+    frame.own_pose.reset();
+    frame.own_gimbal.reset();
+    const auto row = [&](double dt_s) {
+      StampedPose pose = a.pose;
+      pose.time = captured + seconds(dt_s);
+      if (!poses.empty() && pose.time <= poses.back().time) return;
+      pose.world_from_body = Rigid3<World, Body>(
+          align::exp_rotation(a.turn_rate_rad_s * dt_s) * pose.world_from_body.rotation(),
+          Point<World>{pose.world_from_body.origin().v + a.velocity_m_s * dt_s});
+      if (a.gimbal) gimbal.push_back({pose.time, *a.gimbal});
+      poses.push_back(std::move(pose));
+    };
+    if (half_s > 0) row(-half_s);
+    row(0.0);
+    if (half_s > 0) row(half_s);
+    out.frames.push_back(std::move(frame));
+  }
+  WATERSKY_TRY(out.trajectory, Trajectory::make(std::move(poses)));
+  if (flight.gimbal_reference) {
+    WATERSKY_TRY(out.gimbal, RotationTrack::make(std::move(gimbal)));
+  }
+  return out;
+}
+
+}  // namespace watersky

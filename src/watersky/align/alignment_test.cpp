@@ -1,0 +1,4 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/align/alignment.hpp"
+
+#include <gtest/gtest.h>

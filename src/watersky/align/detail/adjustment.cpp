@@ -1,0 +1,868 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/align/detail/adjustment.hpp"
+
+#include <ceres/ceres.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "watersky/geo/rotation.hpp"
+
+namespace watersky::align {
+
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+using Matrix26 = Eigen::Matrix<double, 2, 6>;
+
+/// exp(w + dw) = exp(J dw) exp(w), to first order in w.
+Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w) {
+  return Eigen::Matrix3d::Identity() + 0.5 * skew(w);
+}
+
+/// The sea under a ray, and its derivatives by the camera's place and left rotation.
+struct SeaHit {
+  Eigen::Vector3d at;
+  Eigen::Matrix3d by_direction;  ///< by the ray's direction
+  Eigen::Matrix3d by_position;
+  Eigen::Vector3d ray;
+};
+
+std::optional<SeaHit> hit_sea(const ModelCamera& camera, const Eigen::Vector3d& direction) {
+  SeaHit hit;
+  hit.ray = camera.rotation * direction;
+  // Flatter than 3° it says nothing, and its derivatives explode.
+  if (!(hit.ray.z() > 0.05 * hit.ray.norm()) || !(camera.position_m.z() < 0)) return std::nullopt;
+  const double along = -camera.position_m.z() / hit.ray.z();
+  hit.at = camera.position_m + along * hit.ray;
+  hit.by_position = Eigen::Matrix3d::Identity();
+  hit.by_position.col(2) -= hit.ray / hit.ray.z();
+  hit.by_direction = along * hit.by_position;
+  return hit;
+}
+
+/// A point seen by a camera: direction over z, and derivatives.
+struct Seen {
+  Eigen::Vector2d at;
+  Eigen::Matrix<double, 2, 3> by_point;
+  Matrix26 by_camera;
+};
+
+std::optional<Seen> see(const ModelCamera& camera, const Eigen::Vector3d& point) {
+  const Eigen::Vector3d from = point - camera.position_m;
+  const Eigen::Matrix3d camera_from_local = camera.rotation.toRotationMatrix().transpose();
+  const Eigen::Vector3d y = camera_from_local * from;
+  if (!(y.z() > 1e-6)) return std::nullopt;
+  Seen seen;
+  seen.at = y.hnormalized();
+  Eigen::Matrix<double, 2, 3> divide;
+  divide << 1, 0, -seen.at.x(), 0, 1, -seen.at.y();
+  seen.by_point = divide / y.z() * camera_from_local;
+  seen.by_camera.leftCols<3>() = -seen.by_point;
+  seen.by_camera.rightCols<3>() = seen.by_point * skew(from);
+  return seen;
+}
+
+Eigen::Vector3d with_focal(const Eigen::Vector2d& direction, double focal_scale) {
+  return (direction / (1.0 + focal_scale)).homogeneous();
+}
+
+/// Everything a tie's residual depends on.
+struct Transfer {
+  Eigen::Vector2d residual;  ///< in units of the focal length
+  Matrix26 by_host, by_frame;
+  Eigen::Vector2d by_focal;
+  Eigen::Matrix2d by_drift;
+};
+
+std::optional<Transfer> transfer(const ModelCamera& host, const ModelCamera& frame,
+                                 const Eigen::Vector2d& host_direction,
+                                 const Eigen::Vector2d& frame_direction, double focal_scale,
+                                 const Eigen::Vector2d& drift_m_s, double elapsed_s) {
+  const Eigen::Vector3d direction = with_focal(host_direction, focal_scale);
+  const auto hit = hit_sea(host, direction);
+  if (!hit) return std::nullopt;
+  Eigen::Vector3d point = hit->at;
+  point.head<2>() += elapsed_s * drift_m_s;
+  const auto seen = see(frame, point);
+  if (!seen) return std::nullopt;
+  Transfer t;
+  t.residual = (1.0 + focal_scale) * seen->at - frame_direction;
+  const double scale = 1.0 + focal_scale;
+  const Eigen::Matrix<double, 2, 3> by_point = scale * seen->by_point;
+  t.by_host.leftCols<3>() = by_point * hit->by_position;
+  t.by_host.rightCols<3>() = -by_point * hit->by_direction * skew(hit->ray);
+  t.by_frame = scale * seen->by_camera;
+  const Eigen::Vector3d ray_by_focal =
+      host.rotation * Eigen::Vector3d(-host_direction.x() / (scale * scale),
+                                      -host_direction.y() / (scale * scale), 0.0);
+  t.by_focal = seen->at + by_point * hit->by_direction * ray_by_focal;
+  t.by_drift = elapsed_s * by_point.leftCols<2>();
+  return t;
+}
+
+}  // namespace
+
+ModelCamera ModelCamera::at_row(double row, double readout_s) const {
+  if (row == 0.0 || readout_s == 0.0) return *this;
+  const double dt = row * readout_s;
+  return {exp_rotation(rate_rad_s * dt) * rotation, position_m + dt * velocity_m_s, velocity_m_s,
+          rate_rad_s};
+}
+
+/// Where a frame's parameters are.
+struct Adjustment::Slot {
+  int block = -1;
+  int size = 0;
+  Eigen::Matrix<double, 6, Eigen::Dynamic, 0, 6, Globals::kSize> by;
+};
+
+struct Adjustment::Evaluated {
+  ModelCamera camera;
+  double t_s = 0.0;
+  std::array<Slot, 6> slots;
+  int count = 0;
+};
+
+namespace {
+
+/// Blocks in one row: knots, delay knots, jitters, globals.
+struct Blocks {
+  int knots = 0, delays = 0, frames = 0;
+  [[nodiscard]] int delay(int i) const { return knots + i; }
+  [[nodiscard]] int jitter(int i) const { return knots + delays + i; }
+  [[nodiscard]] int globals() const { return knots + delays + frames; }
+  [[nodiscard]] int count() const { return globals() + 1; }
+  [[nodiscard]] int size(int block) const {
+    if (block < knots) return 6;
+    return block == globals() ? Globals::kSize : 1;
+  }
+};
+
+Blocks blocks_of(const AdjustmentState& s) {
+  return {static_cast<int>(s.knots.size()), static_cast<int>(s.delay_s.size()),
+          static_cast<int>(s.jitter_s.size())};
+}
+
+}  // namespace
+
+void Adjustment::reset() {
+  state.knots.assign(knot_times_s.size(), {});
+  state.delay_s.assign(delay_knot_times_s.size(), delay_start_s);
+  state.jitter_s.assign(frames.size(), 0.0);
+  state.extra.assign(frames.size(), {});
+  state.globals.setZero();
+}
+
+std::pair<int, double> Adjustment::delay_place(double base_s) const {
+  const auto& t = delay_knot_times_s;
+  if (t.size() < 2) return {0, 0.0};
+  const auto after = std::upper_bound(t.begin(), t.end(), base_s);
+  const auto i = std::clamp<std::ptrdiff_t>(after - t.begin() - 1, 0,
+                                            static_cast<std::ptrdiff_t>(t.size()) - 2);
+  const auto k = static_cast<std::size_t>(i);
+  return {static_cast<int>(i), std::clamp((base_s - t[k]) / (t[k + 1] - t[k]), 0.0, 1.0)};
+}
+
+void Adjustment::evaluate(int index, const AdjustmentState& s, bool derivatives,
+                          Evaluated& out) const {
+  const auto i = static_cast<std::size_t>(index);
+  const AdjustedFrame& frame = frames[i];
+  const Globals::Vector& g = s.globals;
+  const Blocks blocks = blocks_of(s);
+
+  double delay_s = 0.0;
+  std::pair<int, double> place{0, 0.0};
+  const bool delayed = frame.delayed && !frame.own && !s.delay_s.empty();
+  if (delayed) {
+    place = delay_place(frame.base_s);
+    const auto k = static_cast<std::size_t>(place.first);
+    delay_s = s.delay_s[k] + s.jitter_s[i];
+    if (place.second > 0.0) delay_s += place.second * (s.delay_s[k + 1] - s.delay_s[k]);
+  }
+  out.t_s = frame.base_s - delay_s;
+  const NavigationSample nav =
+      frame.own ? *frame.own : navigation_->at(out.t_s, g[Globals::kLatency]);
+
+  Eigen::Matrix<double, 6, 1> error = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(
+      s.knots[static_cast<std::size_t>(frame.knot)].data());
+  if (frame.weight > 0.0)
+    error += frame.weight * (Eigen::Map<const Eigen::Matrix<double, 6, 1>>(
+                                 s.knots[static_cast<std::size_t>(frame.knot) + 1].data()) -
+                             error);
+  error += Eigen::Map<const Eigen::Matrix<double, 6, 1>>(s.extra[i].data());
+
+  const Eigen::Vector3d turn = error.tail<3>();
+  const Eigen::Vector3d encoder = g.segment<3>(Globals::kEncoder);
+  const Eigen::Vector3d boresight = g.segment<3>(Globals::kMount);
+  const Eigen::Quaterniond reference = exp_rotation(turn) * nav.reference;
+  const Eigen::Quaterniond geared = reference * exp_rotation(encoder);
+  const Eigen::Quaterniond platform = geared * nav.gimbal;
+  const Eigen::Vector3d arm = platform * (mount_.lever_arm_m + g.segment<3>(Globals::kLever));
+  ModelCamera& camera = out.camera;
+  camera.rotation = platform * mount_.rotation * exp_rotation(boresight);
+  camera.position_m = nav.position_m + error.head<3>() + arm;
+  camera.position_m.z() -= g[Globals::kHeight];
+  const Eigen::Vector3d gimbal_rate = geared * nav.gimbal_rate_rad_s;
+  camera.rate_rad_s = exp_rotation(turn) * nav.reference_rate_rad_s + gimbal_rate;
+  camera.velocity_m_s = nav.velocity_m_s + camera.rate_rad_s.cross(arm);
+  out.count = 0;
+  if (!derivatives) return;
+
+  const auto slot = [&](int block, int size) -> auto& {
+    Slot& made = out.slots[static_cast<std::size_t>(out.count++)];
+    made.block = block;
+    made.size = size;
+    made.by.setZero(6, size);
+    return made.by;
+  };
+  const Eigen::Matrix3d turns_arm = -skew(arm);  // δp of a left rotation of the platform
+  Matrix6 by_error = Matrix6::Identity();
+  by_error.bottomRightCorner<3, 3>() = left_jacobian(turn);
+  by_error.topRightCorner<3, 3>() = turns_arm * left_jacobian(turn);
+  slot(frame.knot, 6) = (1.0 - frame.weight) * by_error;
+  if (frame.weight > 0.0) slot(frame.knot + 1, 6) = frame.weight * by_error;
+  if (delayed) {
+    Eigen::Matrix<double, 6, 1> by_delay;
+    by_delay << -camera.velocity_m_s, -camera.rate_rad_s;
+    slot(blocks.delay(place.first), 1) = (1.0 - place.second) * by_delay;
+    if (place.second > 0.0) slot(blocks.delay(place.first + 1), 1) = place.second * by_delay;
+    if (priors.jitter_s > 0.0) slot(blocks.jitter(index), 1) = by_delay;
+  }
+  auto& by_globals = slot(blocks.globals(), Globals::kSize);
+  by_globals.block<3, 3>(3, Globals::kMount) =
+      camera.rotation.toRotationMatrix() * left_jacobian(boresight).transpose();
+  by_globals.block<3, 3>(0, Globals::kLever) = platform.toRotationMatrix();
+  by_globals(2, Globals::kHeight) = -1.0;
+  const Eigen::Matrix3d encoder_turn = reference.toRotationMatrix() * left_jacobian(encoder);
+  by_globals.block<3, 3>(3, Globals::kEncoder) = encoder_turn;
+  by_globals.block<3, 3>(0, Globals::kEncoder) = turns_arm * encoder_turn;
+  by_globals.block<3, 1>(3, Globals::kLatency) = -gimbal_rate;
+  by_globals.block<3, 1>(0, Globals::kLatency) = -gimbal_rate.cross(arm);
+}
+
+double Adjustment::delay_of(int index) const {
+  const auto i = static_cast<std::size_t>(index);
+  return frames[i].base_s - time_s(index, state);
+}
+
+double Adjustment::time_s(int index, const AdjustmentState& s) const {
+  const auto i = static_cast<std::size_t>(index);
+  const AdjustedFrame& frame = frames[i];
+  if (!frame.delayed || frame.own || s.delay_s.empty()) return frame.base_s;
+  const auto [k, f] = delay_place(frame.base_s);
+  const auto at = static_cast<std::size_t>(k);
+  double delay_s = s.delay_s[at] + s.jitter_s[i];
+  if (f > 0.0) delay_s += f * (s.delay_s[at + 1] - s.delay_s[at]);
+  return frame.base_s - delay_s;
+}
+
+ModelCamera Adjustment::camera(int frame, const AdjustmentState& s) const {
+  Evaluated e;
+  evaluate(frame, s, false, e);
+  return e.camera;
+}
+
+ModelPlatform Adjustment::platform(int index) const {
+  const auto i = static_cast<std::size_t>(index);
+  const AdjustedFrame& frame = frames[i];
+  ModelPlatform out;
+  out.t_s = time_s(index, state);
+  const NavigationSample nav =
+      frame.own ? *frame.own : navigation_->at(out.t_s, state.globals[Globals::kLatency]);
+  Eigen::Matrix<double, 6, 1> error = Eigen::Map<const Eigen::Matrix<double, 6, 1>>(
+      state.knots[static_cast<std::size_t>(frame.knot)].data());
+  if (frame.weight > 0.0)
+    error += frame.weight * (Eigen::Map<const Eigen::Matrix<double, 6, 1>>(
+                                 state.knots[static_cast<std::size_t>(frame.knot) + 1].data()) -
+                             error);
+  error += Eigen::Map<const Eigen::Matrix<double, 6, 1>>(state.extra[i].data());
+  out.reference = exp_rotation(error.tail<3>()) * nav.reference;
+  out.gimbal = exp_rotation(state.globals.segment<3>(Globals::kEncoder)) * nav.gimbal;
+  out.position_m = nav.position_m + error.head<3>();
+  out.position_m.z() -= state.globals[Globals::kHeight];
+  return out;
+}
+
+std::optional<Eigen::Vector2d> Adjustment::residual_px(const TieGroup& group, const Tie& tie,
+                                                       const AdjustmentState& s) const {
+  const auto t =
+      transfer(camera(group.host, s).at_row(tie.host_row, readout_s_),
+               camera(group.frame, s).at_row(tie.frame_row, readout_s_), tie.host, tie.frame,
+               s.globals[Globals::kFocal], s.globals.segment<2>(Globals::kDrift),
+               time_s(group.frame, s) - time_s(group.host, s));
+  if (!t) return std::nullopt;
+  return Eigen::Vector2d(focal_px_ * t->residual);
+}
+
+std::optional<double> Adjustment::disagreement_m(const TieGroup& group, const Tie& tie,
+                                                 const AdjustmentState& s) const {
+  const double focal = s.globals[Globals::kFocal];
+  const auto a =
+      hit_sea(camera(group.host, s).at_row(tie.host_row, readout_s_), with_focal(tie.host, focal));
+  const auto b = hit_sea(camera(group.frame, s).at_row(tie.frame_row, readout_s_),
+                         with_focal(tie.frame, focal));
+  if (!a || !b) return std::nullopt;
+  const Eigen::Vector2d drift =
+      (time_s(group.frame, s) - time_s(group.host, s)) * s.globals.segment<2>(Globals::kDrift);
+  return (b->at - a->at).head<2>().operator-(drift).norm();
+}
+
+/// The residuals of one pair of frames.
+class TieCost final : public ceres::CostFunction {
+ public:
+  TieCost(const Adjustment& adjustment, const TieGroup& group, std::vector<int> blocks)
+      : adjustment_(&adjustment), group_(&group), blocks_(std::move(blocks)) {
+    const Blocks all = blocks_of(adjustment.state);
+    int rows = 0;
+    for (const Tie& t : group.ties) rows += t.held_out ? 0 : 2;
+    set_num_residuals(rows);
+    for (const int b : blocks_) mutable_parameter_block_sizes()->push_back(all.size(b));
+    globals_ = static_cast<std::size_t>(std::find(blocks_.begin(), blocks_.end(), all.globals()) -
+                                        blocks_.begin());
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    // A state of its own with just these blocks filled in: the frames ask for no others.
+    thread_local AdjustmentState s;
+    const AdjustmentState& shape = adjustment_->state;
+    s.knots.resize(shape.knots.size());
+    s.delay_s.resize(shape.delay_s.size());
+    s.jitter_s.assign(shape.jitter_s.size(), 0.0);
+    s.extra.resize(shape.extra.size());
+    const Blocks all = blocks_of(shape);
+    for (std::size_t k = 0; k < blocks_.size(); ++k) {
+      const int b = blocks_[k];
+      const double* p = parameters[k];
+      if (b < all.knots)
+        std::copy(p, p + 6, s.knots[static_cast<std::size_t>(b)].begin());
+      else if (b < all.knots + all.delays)
+        s.delay_s[static_cast<std::size_t>(b - all.knots)] = *p;
+      else if (b < all.globals())
+        s.jitter_s[static_cast<std::size_t>(b - all.knots - all.delays)] = *p;
+      else
+        s.globals = Eigen::Map<const Globals::Vector>(p);
+    }
+    for (const int f : {group_->host, group_->frame})
+      s.extra[static_cast<std::size_t>(f)] = shape.extra[static_cast<std::size_t>(f)];
+    Adjustment::Evaluated host, frame;
+    const bool derive = jacobians != nullptr;
+    adjustment_->evaluate(group_->host, s, derive, host);
+    adjustment_->evaluate(group_->frame, s, derive, frame);
+    const double focal = s.globals[Globals::kFocal];
+    const Eigen::Vector2d drift = s.globals.segment<2>(Globals::kDrift);
+    const double elapsed_s = frame.t_s - host.t_s;
+    const int rows = num_residuals();
+    if (derive)
+      for (std::size_t k = 0; k < blocks_.size(); ++k)
+        if (jacobians[k]) std::fill_n(jacobians[k], rows * all.size(blocks_[k]), 0.0);
+
+    int row = 0;
+    for (const Tie& tie : group_->ties) {
+      if (tie.held_out) continue;
+      const double scale =
+          adjustment_->focal_px() / adjustment_->priors.pixel * std::sqrt(tie.robust);
+      const auto t = transfer(host.camera.at_row(tie.host_row, adjustment_->readout_s()),
+                              frame.camera.at_row(tie.frame_row, adjustment_->readout_s()),
+                              tie.host, tie.frame, focal, drift, elapsed_s);
+      if (!t) {
+        // Off the sea for a trial step: as bad as can be, without a direction.
+        residuals[row] = residuals[row + 1] = tie.robust > 0.0 ? 1e3 : 0.0;
+        row += 2;
+        continue;
+      }
+      residuals[row] = scale * t->residual.x();
+      residuals[row + 1] = scale * t->residual.y();
+      if (derive) {
+        add(host, t->by_host, scale, row, jacobians);
+        add(frame, t->by_frame, scale, row, jacobians);
+        if (double* j = jacobians[globals_])
+          for (int r = 0; r < 2; ++r) {
+            double* line = j + (row + r) * Globals::kSize;
+            line[Globals::kFocal] += scale * t->by_focal[r];
+            for (int c = 0; c < 2; ++c) line[Globals::kDrift + c] += scale * t->by_drift(r, c);
+          }
+      }
+      row += 2;
+    }
+    return true;
+  }
+
+ private:
+  void add(const Adjustment::Evaluated& camera, const Matrix26& by, double scale, int row,
+           double** jacobians) const {
+    for (int k = 0; k < camera.count; ++k) {
+      const Adjustment::Slot& slot = camera.slots[static_cast<std::size_t>(k)];
+      const auto at = static_cast<std::size_t>(
+          std::find(blocks_.begin(), blocks_.end(), slot.block) - blocks_.begin());
+      double* j = jacobians[at];
+      if (!j) continue;
+      const Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, Globals::kSize> product =
+          scale * by * slot.by;
+      for (int r = 0; r < 2; ++r)
+        for (int c = 0; c < slot.size; ++c) j[(row + r) * slot.size + c] += product(r, c);
+    }
+  }
+
+  const Adjustment* adjustment_;
+  const TieGroup* group_;
+  std::vector<int> blocks_;
+  std::size_t globals_ = 0;
+};
+
+namespace {
+
+/// (after - keep before) / sigma, element by element; without `before` a plain prior about `mean`.
+class LinkCost final : public ceres::CostFunction {
+ public:
+  LinkCost(Eigen::VectorXd keep, Eigen::VectorXd sigma, Eigen::VectorXd mean, bool linked)
+      : keep_(std::move(keep)), sigma_(std::move(sigma)), mean_(std::move(mean)), linked_(linked) {
+    const int n = static_cast<int>(sigma_.size());
+    set_num_residuals(n);
+    mutable_parameter_block_sizes()->push_back(n);
+    if (linked_) mutable_parameter_block_sizes()->push_back(n);
+  }
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const int n = num_residuals();
+    for (int k = 0; k < n; ++k) {
+      const double expected = linked_ ? keep_[k] * parameters[1][k] : mean_[k];
+      residuals[k] = (parameters[0][k] - expected) / sigma_[k];
+    }
+    if (!jacobians) return true;
+    for (int b = 0; b < (linked_ ? 2 : 1); ++b)
+      if (jacobians[b]) {
+        std::fill_n(jacobians[b], n * n, 0.0);
+        for (int k = 0; k < n; ++k)
+          jacobians[b][k * n + k] = (b == 0 ? 1.0 : -keep_[k]) / sigma_[k];
+      }
+    return true;
+  }
+
+ private:
+  Eigen::VectorXd keep_, sigma_, mean_;
+  bool linked_;
+};
+
+/// One frame's sight of a known place, or its measured height: few, so derivatives are Ceres's.
+}  // namespace
+
+/// The Ceres problem, and its rows by what they assume.
+class Adjustment::Problem {
+ public:
+  enum Kind { Ties, Knots, Delays, Jitters, Shared, Known, kKinds };
+
+  Problem(const Adjustment& adjustment, AdjustmentState& state)
+      : adjustment_(adjustment), state_(state), blocks_(blocks_of(state)) {
+    ceres::Problem::Options options;
+    options.enable_fast_removal = false;
+    problem_ = std::make_unique<ceres::Problem>(options);
+    used_.assign(static_cast<std::size_t>(blocks_.count()), 0);
+    add_ties();
+    add_known();
+    add_priors();
+  }
+
+  [[nodiscard]] double* pointer(int block) const {
+    if (block < blocks_.knots) return state_.knots[static_cast<std::size_t>(block)].data();
+    if (block < blocks_.knots + blocks_.delays)
+      return &state_.delay_s[static_cast<std::size_t>(block - blocks_.knots)];
+    if (block < blocks_.globals())
+      return &state_.jitter_s[static_cast<std::size_t>(block - blocks_.knots - blocks_.delays)];
+    return state_.globals.data();
+  }
+
+  Summary solve(const AdjustmentOptions& options) {
+    ceres::Solver::Options o;
+    o.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+    o.max_num_iterations = 8;
+    o.function_tolerance = 1e-5;
+    o.num_threads = std::max(1, options.threads);
+    o.logging_type = ceres::SILENT;
+    o.use_nonmonotonic_steps = false;
+    ceres::Solver::Summary s;
+    ceres::Solve(o, problem_.get(), &s);
+    return {s.IsSolutionUsable(), static_cast<int>(s.iterations.size()), s.total_time_in_seconds};
+  }
+
+  /// Rows and columns at the present state.
+  struct Linear {
+    Eigen::SparseMatrix<double> jacobian;
+    Eigen::VectorXd residuals;
+    std::vector<int> kind;          ///< of each row
+    std::vector<int> component;     ///< of a knot's row: 0 to 5
+    std::vector<int> first_column;  ///< of each block; -1: not in it
+    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> normal;
+    bool good = false;
+  };
+  std::unique_ptr<Linear> linearise() const {
+    auto out = std::make_unique<Linear>();
+    ceres::Problem::EvaluateOptions o;
+    out->first_column.assign(used_.size(), -1);
+    int column = 0;
+    for (int b = 0; b < blocks_.count(); ++b) {
+      if (!used_[static_cast<std::size_t>(b)]) continue;
+      o.parameter_blocks.push_back(pointer(b));
+      out->first_column[static_cast<std::size_t>(b)] = column;
+      column += b == blocks_.globals() ? static_cast<int>(free_globals_.size()) : blocks_.size(b);
+    }
+    for (const auto& r : rows_) {
+      o.residual_blocks.push_back(r.id);
+      for (int k = 0; k < r.size; ++k) {
+        out->kind.push_back(r.kind);
+        out->component.push_back(r.kind == Knots ? k % 6 : 0);
+      }
+    }
+    ceres::CRSMatrix crs;
+    std::vector<double> residuals;
+    double cost = 0.0;
+    if (!const_cast<ceres::Problem&>(*problem_).Evaluate(o, &cost, &residuals, nullptr, &crs))
+      return out;
+    std::vector<Eigen::Triplet<double>> entries;
+    entries.reserve(crs.values.size());
+    for (int r = 0; r < crs.num_rows; ++r)
+      for (int k = crs.rows[static_cast<std::size_t>(r)];
+           k < crs.rows[static_cast<std::size_t>(r) + 1]; ++k)
+        if (crs.values[static_cast<std::size_t>(k)] != 0.0)
+          entries.emplace_back(r, crs.cols[static_cast<std::size_t>(k)],
+                               crs.values[static_cast<std::size_t>(k)]);
+    out->jacobian.resize(crs.num_rows, crs.num_cols);
+    out->jacobian.setFromTriplets(entries.begin(), entries.end());
+    out->residuals = Eigen::Map<const Eigen::VectorXd>(residuals.data(),
+                                                       static_cast<Eigen::Index>(residuals.size()));
+    const Eigen::SparseMatrix<double> normal = out->jacobian.transpose() * out->jacobian;
+    out->normal.compute(normal);
+    out->good = out->normal.info() == Eigen::Success;
+    return out;
+  }
+
+  [[nodiscard]] const std::vector<int>& free_globals() const { return free_globals_; }
+  [[nodiscard]] const Blocks& blocks() const { return blocks_; }
+
+ private:
+  struct Rows {
+    ceres::ResidualBlockId id;
+    int size;
+    Kind kind;
+  };
+
+  void add(ceres::CostFunction* cost, const std::vector<int>& blocks, Kind kind) {
+    std::vector<double*> pointers;
+    for (const int b : blocks) {
+      pointers.push_back(pointer(b));
+      used_[static_cast<std::size_t>(b)] = 1;
+    }
+    const int size = cost->num_residuals();
+    rows_.push_back({problem_->AddResidualBlock(cost, nullptr, pointers), size, kind});
+  }
+
+  std::vector<int> blocks_of_frames(std::initializer_list<int> frames) const {
+    std::vector<int> blocks;
+    Evaluated e;
+    for (const int f : frames) {
+      adjustment_.evaluate(f, state_, true, e);
+      for (int k = 0; k < e.count; ++k) {
+        const int b = e.slots[static_cast<std::size_t>(k)].block;
+        if (std::find(blocks.begin(), blocks.end(), b) == blocks.end()) blocks.push_back(b);
+      }
+    }
+    return blocks;
+  }
+
+  void add_ties() {
+    for (const TieGroup& group : adjustment_.groups) {
+      if (std::all_of(group.ties.begin(), group.ties.end(),
+                      [](const Tie& t) { return t.held_out; }))
+        continue;
+      std::vector<int> blocks = blocks_of_frames({group.host, group.frame});
+      auto* cost = new TieCost(adjustment_, group, blocks);
+      add(cost, blocks, Ties);
+    }
+  }
+
+  void add_known();
+
+  void add_priors() {
+    const AdjustmentPriors& p = adjustment_.priors;
+    const auto& t = adjustment_.knot_times_s;
+    for (std::size_t k = 0; k < t.size(); ++k) {
+      const int block = static_cast<int>(k);
+      Eigen::VectorXd keep = Eigen::VectorXd::Zero(6), sigma = p.knot;
+      if (k > 0) {
+        const double dt = t[k] - t[k - 1];
+        for (int c = 0; c < 6; ++c) {
+          keep[c] = std::exp(-dt / (c < 3 ? p.position_correlation_s : p.attitude_correlation_s));
+          sigma[c] *= std::sqrt(std::max(1e-12, 1.0 - keep[c] * keep[c]));
+        }
+        add(new LinkCost(keep, sigma, Eigen::VectorXd::Zero(6), true), {block, block - 1}, Knots);
+      } else {
+        add(new LinkCost(keep, sigma, Eigen::VectorXd::Zero(6), false), {block}, Knots);
+      }
+    }
+    const auto one = [](double x) { return Eigen::VectorXd(Eigen::VectorXd::Constant(1, x)); };
+    const bool any_delayed =
+        std::any_of(adjustment_.frames.begin(), adjustment_.frames.end(),
+                    [](const AdjustedFrame& f) { return f.delayed && !f.own; });
+    if (any_delayed && !adjustment_.delay_knot_times_s.empty()) {
+      const auto& d = adjustment_.delay_knot_times_s;
+      for (std::size_t k = 0; k < d.size(); ++k) {
+        const int block = blocks_.delay(static_cast<int>(k));
+        if (k == 0)
+          add(new LinkCost(one(0), one(p.delay_s), one(adjustment_.delay_start_s), false), {block},
+              Delays);
+        else
+          add(new LinkCost(one(1), one(p.delay_walk_s * std::sqrt(d[k] - d[k - 1])), one(0), true),
+              {block, block - 1}, Delays);
+      }
+    }
+    for (int f = 0; f < blocks_.frames; ++f) {
+      const int block = blocks_.jitter(f);
+      if (!used_[static_cast<std::size_t>(block)]) continue;
+      add(new LinkCost(one(0), one(p.jitter_s), one(0), false), {block}, Jitters);
+    }
+    const int globals = blocks_.globals();
+    std::vector<int> fixed;
+    Eigen::VectorXd sigma(Globals::kSize);
+    free_globals_.clear();
+    for (int k = 0; k < Globals::kSize; ++k) {
+      if (p.globals[k] > 0.0)
+        free_globals_.push_back(k);
+      else
+        fixed.push_back(k);
+      sigma[k] = p.globals[k] > 0.0 ? p.globals[k] : 1.0;
+    }
+    add(new LinkCost(Eigen::VectorXd::Zero(Globals::kSize), sigma,
+                     Eigen::VectorXd::Zero(Globals::kSize), false),
+        {globals}, Shared);
+    if (free_globals_.empty())
+      problem_->SetParameterBlockConstant(pointer(globals));
+    else if (!fixed.empty())
+      problem_->SetManifold(pointer(globals), new ceres::SubsetManifold(Globals::kSize, fixed));
+    if (free_globals_.empty()) used_[static_cast<std::size_t>(globals)] = 0;
+  }
+
+  const Adjustment& adjustment_;
+  AdjustmentState& state_;
+  Blocks blocks_;
+  std::unique_ptr<ceres::Problem> problem_;
+  std::vector<Rows> rows_;
+  std::vector<char> used_;
+  std::vector<int> free_globals_;
+};
+
+void Adjustment::Problem::add_known() {}
+
+void Adjustment::look_at_residuals(bool first) {
+  std::vector<double> sizes;
+  for (TieGroup& group : groups) {
+    for (Tie& tie : group.ties) {
+      const auto r = residual_px(group, tie, state);
+      tie.robust = 0.0;
+      if (!r) continue;
+      tie.robust = r->norm();  // for the moment
+      if (!tie.held_out) sizes.push_back(r->norm());
+    }
+  }
+  if (sizes.empty()) return;
+  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
+  std::nth_element(sizes.begin(), middle, sizes.end());
+  // The median length of two normal numbers of sigma 1 is 1.177.
+  const double sigma = std::max(0.03, *middle / 1.1774);
+  priors.pixel = first ? std::max(sigma, 0.3) : sigma;
+  for (TieGroup& group : groups)
+    for (Tie& tie : group.ties) {
+      const double x = tie.robust / (3.0 * priors.pixel);
+      tie.robust = residual_px(group, tie, state) ? 1.0 / (1.0 + x * x) : 0.0;
+      if (x > 4.0) tie.robust = first ? tie.robust : 0.0;
+    }
+}
+
+Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
+  Summary total;
+  for (int round = 0; round < options.rounds; ++round) {
+    look_at_residuals(round == 0);
+    Problem problem(*this, state);
+    const Summary s = problem.solve(options);
+    total.usable = s.usable;
+    total.iterations += s.iterations;
+    total.seconds += s.seconds;
+    if (!s.usable) return total;
+    if (!options.estimate_variances) continue;
+    // Variance components (Förstner 1979): what the residuals of a kind of rows weigh, over the
+    // share of them that the solution did not use up. The trace is by random signs (Hutchinson).
+    look_at_residuals(false);
+    Problem again(*this, state);
+    const auto linear = again.linearise();
+    if (!linear->good) continue;
+    std::mt19937 random(17);
+    struct Component {
+      double squares = 0.0, rows = 0.0, used = 0.0;
+    };
+    std::array<Component, 3> part;  // position, attitude, jitter
+    const auto part_of = [&](Eigen::Index r) {
+      const auto at = static_cast<std::size_t>(r);
+      if (linear->kind[at] == Problem::Knots) return linear->component[at] < 3 ? 0 : 1;
+      return linear->kind[at] == Problem::Jitters ? 2 : -1;
+    };
+    for (Eigen::Index r = 0; r < linear->residuals.size(); ++r)
+      if (const int k = part_of(r); k >= 0) {
+        part[static_cast<std::size_t>(k)].squares += linear->residuals[r] * linear->residuals[r];
+        part[static_cast<std::size_t>(k)].rows += 1.0;
+      }
+    constexpr int kProbes = 8;
+    for (int k = 0; k < 3; ++k) {
+      if (part[static_cast<std::size_t>(k)].rows == 0.0) continue;
+      for (int probe = 0; probe < kProbes; ++probe) {
+        Eigen::VectorXd z = Eigen::VectorXd::Zero(linear->residuals.size());
+        for (Eigen::Index r = 0; r < z.size(); ++r)
+          if (part_of(r) == k) z[r] = (random() & 1U) != 0 ? 1.0 : -1.0;
+        const Eigen::VectorXd jz = linear->jacobian.transpose() * z;
+        const Eigen::VectorXd x = linear->normal.solve(jz);
+        part[static_cast<std::size_t>(k)].used += jz.dot(x) / kProbes;
+      }
+    }
+    const auto factor = [&](int k) {
+      const Component& c = part[static_cast<std::size_t>(k)];
+      // Where nearly all is used up the residuals say nothing of it.
+      const double redundancy = c.rows - c.used;
+      if (c.rows < 6 || redundancy < 0.02 * c.rows) return 1.0;
+      return std::clamp(std::sqrt(c.squares / redundancy), 0.2, 5.0);
+    };
+    priors.knot.head<3>() *= factor(0);
+    priors.knot.tail<3>() *= factor(1);
+    if (priors.jitter_s > 0.0) priors.jitter_s = std::max(1e-5, priors.jitter_s * factor(2));
+  }
+  return total;
+}
+
+void Adjustment::solve_frames() {
+  std::vector<std::vector<std::size_t>> groups_of(frames.size());
+  for (std::size_t g = 0; g < groups.size(); ++g)
+    groups_of[static_cast<std::size_t>(groups[g].frame)].push_back(g);
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const AdjustedFrame& frame = frames[i];
+    if (frame.weight <= 0.0) continue;
+    const double dt = knot_times_s[static_cast<std::size_t>(frame.knot) + 1] -
+                      knot_times_s[static_cast<std::size_t>(frame.knot)];
+    Eigen::Matrix<double, 6, 1> sigma;
+    for (int c = 0; c < 6; ++c) {
+      const double tau = c < 3 ? priors.position_correlation_s : priors.attitude_correlation_s;
+      sigma[c] = priors.knot[c] *
+                 std::sqrt(2.0 * dt / tau * std::max(0.02, frame.weight * (1 - frame.weight)));
+    }
+    for (int step = 0; step < 2; ++step) {
+      const ModelCamera camera = this->camera(static_cast<int>(i));
+      Eigen::Map<Eigen::Matrix<double, 6, 1>> extra(state.extra[i].data());
+      Matrix6 normal = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
+      Eigen::Matrix<double, 6, 1> right = -normal * extra;
+      for (const std::size_t g : groups_of[i]) {
+        const ModelCamera host = this->camera(groups[g].host);
+        for (const Tie& tie : groups[g].ties) {
+          if (tie.held_out || tie.robust <= 0.0) continue;
+          const auto t =
+              transfer(host.at_row(tie.host_row, readout_s_),
+                       camera.at_row(tie.frame_row, readout_s_), tie.host, tie.frame,
+                       state.globals[Globals::kFocal], state.globals.segment<2>(Globals::kDrift),
+                       time_s(static_cast<int>(i), state) - time_s(groups[g].host, state));
+          if (!t) continue;
+          const double scale = focal_px_ / priors.pixel;
+          normal += tie.robust * scale * scale * t->by_frame.transpose() * t->by_frame;
+          right -= tie.robust * scale * scale * t->by_frame.transpose() * t->residual;
+        }
+      }
+      extra += normal.ldlt().solve(right);
+    }
+  }
+}
+
+std::optional<Adjustment::Knowledge> Adjustment::knowledge() const {
+  AdjustmentState copy = state;
+  Problem problem(*this, copy);
+  const auto linear = problem.linearise();
+  if (!linear->good) return std::nullopt;
+  const Blocks& blocks = problem.blocks();
+  const Eigen::Index n = linear->jacobian.cols();
+  const auto column_of = [&](int block) {
+    return linear->first_column[static_cast<std::size_t>(block)];
+  };
+  const auto& free_globals = problem.free_globals();
+
+  Knowledge out;
+  const auto variance = [&](Eigen::Index column) {
+    Eigen::VectorXd unit = Eigen::VectorXd::Zero(n);
+    unit[column] = 1.0;
+    return linear->normal.solve(unit)[column];
+  };
+  for (std::size_t k = 0; k < free_globals.size(); ++k)
+    out.globals_sigma[free_globals[k]] =
+        std::sqrt(variance(column_of(blocks.globals()) + static_cast<Eigen::Index>(k)));
+  for (std::size_t k = 0; k < state.delay_s.size(); ++k) {
+    const int column = column_of(blocks.delay(static_cast<int>(k)));
+    out.delay_sigma_s.push_back(column < 0 ? 0.0 : std::sqrt(variance(column)));
+  }
+
+  // A camera's rows: 6 x n, sparse.
+  const auto rows_of = [&](int frame) {
+    Evaluated e;
+    evaluate(frame, copy, true, e);
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(n, 6);
+    for (int k = 0; k < e.count; ++k) {
+      const Slot& slot = e.slots[static_cast<std::size_t>(k)];
+      const int first = column_of(slot.block);
+      if (first < 0) continue;
+      if (slot.block == blocks.globals()) {
+        for (std::size_t c = 0; c < free_globals.size(); ++c)
+          rows.row(first + static_cast<Eigen::Index>(c)) +=
+              slot.by.col(free_globals[c]).transpose();
+      } else {
+        rows.middleRows(first, slot.size) += slot.by.transpose();
+      }
+    }
+    return std::pair(rows, e.camera);
+  };
+  const auto ground = [](const ModelCamera& camera) {
+    Matrix26 g = Matrix26::Zero();
+    auto hit = hit_sea(camera, Eigen::Vector3d::UnitZ());
+    if (!hit) {
+      g.leftCols<2>().setIdentity();
+      return g;
+    }
+    g.leftCols<3>() = hit->by_position.topRows<2>();
+    g.rightCols<3>() = -(hit->by_direction * skew(hit->ray)).topRows<2>();
+    return g;
+  };
+  constexpr std::size_t kMostAsked = 300;
+  const std::size_t stride =
+      std::max<std::size_t>(1, (frames.size() + kMostAsked - 1) / kMostAsked);
+  std::vector<std::size_t> asked;
+  for (std::size_t i = 0; i < frames.size(); i += stride) asked.push_back(i);
+  Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(n, 2);
+  for (const std::size_t i : asked) {
+    const auto [rows, camera] = rows_of(static_cast<int>(i));
+    mean += rows * ground(camera).transpose() / static_cast<double>(asked.size());
+  }
+  const Eigen::MatrixXd with_mean = linear->normal.solve(mean);
+  out.shared_m2 = mean.transpose() * with_mean;
+  const Eigen::Matrix2d inverse_shared =
+      (out.shared_m2 + 1e-18 * Eigen::Matrix2d::Identity()).inverse();
+  std::vector<Matrix6> covariances;
+  for (const std::size_t i : asked) {
+    const auto rows = rows_of(static_cast<int>(i)).first;
+    const Eigen::MatrixXd solved = linear->normal.solve(rows);
+    const Eigen::Matrix<double, 6, 2> cross = rows.transpose() * with_mean;
+    const Matrix6 all = rows.transpose() * solved;
+    covariances.push_back(all - cross * inverse_shared * cross.transpose());
+  }
+  for (std::size_t i = 0; i < frames.size(); ++i)
+    out.camera.push_back(covariances[std::min(covariances.size() - 1, (i + stride / 2) / stride)]);
+  return out;
+}
+
+}  // namespace watersky::align

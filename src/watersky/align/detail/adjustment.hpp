@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// The estimator: what delay, mount and pose errors make the same places of the sea, seen from
+/// many frames, fall together.
+///
+/// A place has no unknowns of its own. It is the pixel of its host, carried to the sea z = 0 by
+/// the host's camera and from there into the other frame's; the residual is where it was seen
+/// less where it should be. (A landmark on a known plane seen from its host without error, as
+/// direct methods have it; there inverse depth remains, here the sea gives it.)
+///
+/// The camera of frame i, with the navigation p, A (reference), G (gimbal) at its time t:
+///   t       = base - D(base) - j_i                 D: mean delay, slow; j: per frame
+///   R       = exp(θ) A(t) exp(β) G(t - τ) R_m exp(μ)
+///   p_c     = p(t) + ε + exp(θ) A exp(β) G (l + λ) - h e_z
+/// ε, θ: errors of the navigation, first-order Gauss-Markov at knots, linear between them; μ, λ:
+/// mount; β, τ: encoder offset and latency of a gimbal; h: height of the camera above what sea
+/// level and navigation say. Rows of a rolling shutter are displaced by the camera's own motion.
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "watersky/align/detail/navigation.hpp"
+
+namespace watersky::align {
+
+/// One frame as the estimator sees it.
+struct AdjustedFrame {
+  double base_s = 0.0;                  ///< captured, or received
+  bool delayed = false;                 ///< `base_s` is when it was received
+  std::optional<NavigationSample> own;  ///< a pose of its own: no time enters
+  /// Its place among the knots: error = (1 - weight) knot + weight next knot.
+  int knot = 0;
+  double weight = 0.0;
+};
+
+/// One place in host and frame: directions over their z, without distortion, in camera axes.
+struct Tie {
+  Eigen::Vector2d host, frame;
+  /// Where the pixels' rows lie in the readout, -0.5 to 0.5.
+  double host_row = 0.0, frame_row = 0.0;
+  double robust = 1.0;    ///< weight of the residual, from the last look at it
+  bool held_out = false;  ///< takes no part: it judges
+};
+
+/// All ties of one pair of frames.
+struct TieGroup {
+  int host = 0, frame = 0;
+  bool revisit = false;  ///< not neighbours in time
+  std::vector<Tie> ties;
+};
+
+/// A place known by other means (surveyed, GPS), as seen in a frame.
+struct AnchorSighting {
+  int frame = 0;
+  Eigen::Vector2d direction;  ///< over z, without distortion
+  double row = 0.0;
+  Eigen::Vector3d place_m;  ///< in Local
+  double sigma_m = 0.0;     ///< of the place
+};
+
+/// A measured height of the camera above the sea.
+struct HeightReading {
+  int frame = 0;
+  double height_m = 0.0;
+  double sigma_m = 0.0;
+};
+
+/// What all frames share.
+struct Globals {
+  static constexpr int kMount = 0, kLever = 3, kFocal = 6, kHeight = 7, kEncoder = 8, kLatency = 11,
+                       kDrift = 12, kSize = 14;
+  using Vector = Eigen::Matrix<double, kSize, 1>;
+};
+
+struct AdjustmentState {
+  std::vector<std::array<double, 6>> knots;  ///< ε [m], θ [rad], axes of Local
+  std::vector<double> delay_s;               ///< D at delay knots
+  std::vector<double> jitter_s;              ///< j of each frame
+  std::vector<std::array<double, 6>> extra;  ///< of each frame alone, added to its knots'
+  Globals::Vector globals = Globals::Vector::Zero();
+};
+
+/// One sigma of everything that is assumed.
+struct AdjustmentPriors {
+  Eigen::Matrix<double, 6, 1> knot = Eigen::Matrix<double, 6, 1>::Ones();  ///< stationary
+  double position_correlation_s = 30.0, attitude_correlation_s = 10.0;
+  Globals::Vector globals = Globals::Vector::Zero();  ///< 0: fixed
+  double delay_s = 0.1;                               ///< of the first delay knot about its start
+  double delay_walk_s = 0.004;                        ///< per root second
+  double jitter_s = 0.0;                              ///< 0: none
+  double pixel = 0.5;                                 ///< of a tie, px
+};
+
+struct AdjustmentOptions {
+  int rounds = 4;  ///< of weights from residuals
+  bool estimate_variances = true;
+  int threads = 1;
+};
+
+/// A camera by the model, with how it moves.
+struct ModelCamera {
+  Eigen::Quaterniond rotation;  ///< local_from_camera
+  Eigen::Vector3d position_m;
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();
+  Eigen::Vector3d rate_rad_s = Eigen::Vector3d::Zero();  ///< axes of Local
+  /// With the shutter at `row` of its readout.
+  [[nodiscard]] ModelCamera at_row(double row, double readout_s) const;
+};
+
+/// The platform (body or gimbal) and body by the model, for writing poses.
+struct ModelPlatform {
+  Eigen::Quaterniond reference;  ///< local_from_reference, corrected
+  Eigen::Quaterniond gimbal;     ///< reference_from_platform, corrected
+  Eigen::Vector3d position_m;    ///< of the body
+  double t_s = 0.0;              ///< at which the navigation was asked
+};
+
+class Adjustment {
+ public:
+  Adjustment(const Navigation& navigation, const Mount& mount, double focal_px, double readout_s)
+      : navigation_(&navigation), mount_(mount), focal_px_(focal_px), readout_s_(readout_s) {}
+
+  std::vector<AdjustedFrame> frames;
+  std::vector<double> knot_times_s;
+  std::vector<double> delay_knot_times_s;  ///< of bases; one: a constant
+  std::vector<TieGroup> groups;
+  std::vector<AnchorSighting> anchors;
+  std::vector<HeightReading> heights;
+  AdjustmentPriors priors;
+  AdjustmentState state;
+  double delay_start_s = 0.0;  ///< the prior's mean
+
+  /// Sizes the state, all zero but the delay. To be called when frames and knots are set.
+  void reset();
+
+  /// Minimises; sets weights, and where asked the sigmas in `priors`, from the residuals.
+  struct Summary {
+    bool usable = false;
+    int iterations = 0;
+    double seconds = 0.0;
+  };
+  Summary solve(const AdjustmentOptions& options);
+  /// Each frame by itself, all else as it stands: what happens between knots.
+  void solve_frames();
+
+  [[nodiscard]] double delay_of(int frame) const;  ///< D + j; 0 where not delayed
+  [[nodiscard]] ModelCamera camera(int frame) const { return camera(frame, state); }
+  [[nodiscard]] ModelCamera camera(int frame, const AdjustmentState& s) const;
+  [[nodiscard]] ModelPlatform platform(int frame) const;
+  /// Residual of a tie, px; nullopt where a ray does not meet the sea.
+  [[nodiscard]] std::optional<Eigen::Vector2d> residual_px(const TieGroup& group, const Tie& tie,
+                                                           const AdjustmentState& s) const;
+  /// Distance on the sea between the two frames' ideas of a tie's place, m.
+  [[nodiscard]] std::optional<double> disagreement_m(const TieGroup& group, const Tie& tie,
+                                                     const AdjustmentState& s) const;
+  /// Times between a tie's frames, for moving ice.
+  [[nodiscard]] double time_s(int frame, const AdjustmentState& s) const;
+
+  /// What is known after solving: covariances of the state, where asked.
+  class Knowledge;
+  [[nodiscard]] std::optional<Knowledge> knowledge() const;
+
+  [[nodiscard]] const Mount& mount() const { return mount_; }
+  [[nodiscard]] double focal_px() const { return focal_px_; }
+  [[nodiscard]] double readout_s() const { return readout_s_; }
+
+ private:
+  friend class TieCost;
+  struct Slot;
+  struct Evaluated;
+  class Problem;
+  [[nodiscard]] std::pair<int, double> delay_place(double base_s) const;
+  void evaluate(int frame, const AdjustmentState& s, bool derivatives, Evaluated& out) const;
+  void look_at_residuals(bool first);
+
+  const Navigation* navigation_;
+  Mount mount_;
+  double focal_px_;
+  double readout_s_;
+};
+
+/// Covariances of an adjustment's state by its normal equations.
+class Adjustment::Knowledge {
+ public:
+  Globals::Vector globals_sigma = Globals::Vector::Zero();
+  std::vector<double> delay_sigma_s;
+  /// Of a frame's camera: position and rotation (axes of Local) given the mean place on the sea
+  /// of all pictures' middles.
+  std::vector<Eigen::Matrix<double, 6, 6>> camera;
+  /// Of that mean place.
+  Eigen::Matrix2d shared_m2 = Eigen::Matrix2d::Zero();
+};
+
+}  // namespace watersky::align

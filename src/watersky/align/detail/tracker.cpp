@@ -1,0 +1,315 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/align/detail/tracker.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <opencv2/calib3d.hpp>
+#include <opencv2/imgproc.hpp>
+#include <opencv2/video/tracking.hpp>
+
+#include "watersky/registration/homography.hpp"
+
+namespace watersky::align {
+
+namespace {
+
+constexpr double kBlur_px = 0.8;
+/// What the blur leaves of white noise in a window's sums, where only slow parts count.
+constexpr double kNoiseLeft = 0.6;
+constexpr double kSpread = 40.0;  ///< sigma that pictures are brought to, in gray levels
+constexpr int kWindow_px = 17;
+constexpr int kLevels = 3;
+constexpr double kMostBack_px = 1.0;
+constexpr double kConsensus_px = 2.0;
+constexpr double kLeastCorrelation = 0.6;
+
+cv::Mat one_channel(const cv::Mat& picture) {
+  if (picture.channels() == 1) return picture;
+  cv::Mat gray;
+  cv::cvtColor(picture, gray, cv::COLOR_BGR2GRAY);
+  return gray;
+}
+
+}  // namespace
+
+struct TrackerPicture {
+  double t_s = 0.0;
+  int reduction = 1;  ///< full pixels of one of its own
+  cv::Mat levels;     ///< CV_32FC1, zero mean, spread kSpread, slightly blurred
+  cv::Mat valid;      ///< CV_8UC1 or empty
+  double noise = 0.0;
+  std::vector<cv::Mat> pyramid;
+  cv::Mat original;         ///< for the registrar, which evens in its own way
+  RegistrationFrame ready;  ///< made when first needed
+
+  [[nodiscard]] Eigen::Vector2d full(const Eigen::Vector2d& p) const {
+    return reduction * p + Eigen::Vector2d::Constant(0.5 * (reduction - 1));
+  }
+  [[nodiscard]] Eigen::Matrix3d full_from_reduced() const {
+    Eigen::Matrix3d m = Eigen::Matrix3d::Identity();
+    m(0, 0) = m(1, 1) = reduction;
+    m(0, 2) = m(1, 2) = 0.5 * (reduction - 1);
+    return m;
+  }
+  [[nodiscard]] bool shows(const Eigen::Vector2d& p) const {
+    if (!(p.x() >= 0 && p.y() >= 0 && p.x() < levels.cols - 1 && p.y() < levels.rows - 1))
+      return false;
+    return valid.empty() ||
+           valid.at<uchar>(static_cast<int>(p.y() + 0.5), static_cast<int>(p.x() + 0.5)) != 0;
+  }
+};
+
+namespace {
+
+/// Further reduced so that the longer side is no longer than asked.
+std::shared_ptr<TrackerPicture> make_picture(const TrackerOptions& options, double t_s,
+                                             const cv::Mat& picture, int reduction,
+                                             const cv::Mat& valid) {
+  auto made = std::make_shared<TrackerPicture>();
+  made->t_s = t_s;
+  cv::Mat gray = one_channel(picture);
+  int more = 1;
+  while (std::max(gray.cols, gray.rows) / more > options.longest_side_px) ++more;
+  made->valid = valid;
+  if (more > 1) {
+    const cv::Size size(gray.cols / more, gray.rows / more);
+    const cv::Rect whole(0, 0, size.width * more, size.height * more);
+    cv::resize(gray(whole), gray, size, 0, 0, cv::INTER_AREA);
+    if (!valid.empty()) cv::resize(valid(whole), made->valid, size, 0, 0, cv::INTER_NEAREST);
+  }
+  made->reduction = reduction * more;
+  made->original = gray;
+  cv::Mat levels;
+  gray.convertTo(levels, CV_32F);
+  cv::Scalar mean, spread;
+  cv::meanStdDev(levels, mean, spread, made->valid);
+  // A picture of nothing stays small numbers: no place in it passes.
+  const double scale = kSpread / std::max(spread[0], 0.5);
+  levels.convertTo(levels, CV_32F, scale, -scale * mean[0]);
+  made->noise = kNoiseLeft * pixel_noise(levels);
+  cv::GaussianBlur(levels, made->levels, {}, kBlur_px);
+  cv::Mat bytes;
+  made->levels.convertTo(bytes, CV_8U, 1.0, 128.0);
+  cv::buildOpticalFlowPyramid(bytes, made->pyramid, {kWindow_px, kWindow_px}, kLevels);
+  return made;
+}
+
+Eigen::Matrix2d derivative(const Eigen::Matrix3d& h, const Eigen::Vector2d& p) {
+  const Eigen::Vector3d q = h * p.homogeneous();
+  Eigen::Matrix2d d;
+  for (int k = 0; k < 2; ++k)
+    d.col(k) = (h.col(k).head<2>() - q.head<2>() / q.z() * h(2, k)) / q.z();
+  return d;
+}
+
+Eigen::Matrix3d affine(const cv::Mat& m) {
+  Eigen::Matrix3d h = Eigen::Matrix3d::Identity();
+  for (int r = 0; r < 2; ++r)
+    for (int c = 0; c < 3; ++c) h(r, c) = m.at<double>(r, c);
+  return h;
+}
+
+}  // namespace
+
+void Tracker::follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& expected,
+                     Step& step) {
+  TrackerPicture& then = *previous_;
+  const std::size_t n = tracks_.size();
+  if (n == 0) return;
+
+  // Where each place is expected, and the map around it.
+  const Eigen::Matrix3d start = expected.value_or(Eigen::Matrix3d::Identity());
+  std::vector<Eigen::Vector2d> guess(n);
+  std::vector<Eigen::Matrix2d> turn(n, Eigen::Matrix2d::Identity());
+  std::vector<uchar> kept(n, 1);
+  double shift = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    const Eigen::Vector3d q = start * tracks_[i].px.homogeneous();
+    guess[i] = q.z() > 0 ? q.hnormalized() : tracks_[i].px;
+    if (q.z() > 0) turn[i] = derivative(start, tracks_[i].px);
+    shift = std::max(shift, (guess[i] - tracks_[i].px).norm());
+  }
+  const bool far = shift > options_.long_step * now.levels.cols;
+  double reach_px = 3.0;  // how far from the guess a window may settle
+  if (far && registrar_) {
+    const auto ready = [&](TrackerPicture& p) -> Status {
+      if (p.ready.data()) return {};
+      WATERSKY_TRY(p.ready, registrar_->prepare(p.original, p.valid));
+      return {};
+    };
+    std::optional<HomographyFit> fit;
+    if (ready(then).ok() && ready(now).ok()) {
+      auto found = registrar_->align(then.ready, now.ready, expected);
+      if (found) {
+        fit = std::move(found->fit);
+        step.lost = found->reason;
+      } else {
+        step.lost = found.error().message;
+      }
+    }
+    if (!fit) {
+      tracks_.clear();
+      return;
+    }
+    step.lost.clear();
+    for (std::size_t i = 0; i < n; ++i) {
+      const Eigen::Vector3d q = fit->b_from_a * tracks_[i].px.homogeneous();
+      kept[i] = q.z() > 0;
+      if (!kept[i]) continue;
+      guess[i] = q.hnormalized();
+      turn[i] = derivative(fit->b_from_a, tracks_[i].px);
+    }
+    reach_px = 4.0;
+  } else {
+    std::vector<cv::Point2f> from(n), to(n), back(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      from[i] = {static_cast<float>(tracks_[i].px.x()), static_cast<float>(tracks_[i].px.y())};
+      to[i] = {static_cast<float>(guess[i].x()), static_cast<float>(guess[i].y())};
+    }
+    back = from;
+    std::vector<uchar> there, here;
+    std::vector<float> unused;
+    const cv::TermCriteria until(cv::TermCriteria::COUNT + cv::TermCriteria::EPS, 15, 0.03);
+    const cv::Size window(kWindow_px, kWindow_px);
+    cv::calcOpticalFlowPyrLK(then.pyramid, now.pyramid, from, to, there, unused, window, kLevels,
+                             until, cv::OPTFLOW_USE_INITIAL_FLOW, 1e-5);
+    cv::calcOpticalFlowPyrLK(now.pyramid, then.pyramid, to, back, here, unused, window, 1, until,
+                             cv::OPTFLOW_USE_INITIAL_FLOW, 1e-5);
+    std::vector<cv::Point2f> good_from, good_to;
+    std::vector<std::size_t> of;
+    for (std::size_t i = 0; i < n; ++i) {
+      kept[i] = there[i] && here[i] && cv::norm(back[i] - from[i]) < kMostBack_px;
+      if (!kept[i]) continue;
+      guess[i] = {to[i].x, to[i].y};
+      good_from.push_back(from[i]);
+      good_to.push_back(to[i]);
+      of.push_back(i);
+    }
+    if (good_from.size() >= 6) {
+      cv::Mat inliers;
+      const cv::Mat found = cv::estimateAffine2D(good_from, good_to, inliers, cv::RANSAC,
+                                                 kConsensus_px, 200, 0.99, 3);
+      const int agreeing = found.empty() ? 0 : cv::countNonZero(inliers);
+      if (agreeing * 2 >= static_cast<int>(good_from.size())) {
+        const Eigen::Matrix2d linear = affine(found).topLeftCorner<2, 2>();
+        for (std::size_t k = 0; k < of.size(); ++k) {
+          kept[of[k]] = inliers.at<uchar>(static_cast<int>(k));
+          // Of few places, or of all in one corner, the map is less sure than the poses' is.
+          if (agreeing >= 12) turn[of[k]] = linear;
+        }
+      }
+    }
+  }
+
+  // Found again by the host's own window.
+  std::vector<Track> still;
+  still.reserve(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    Track& t = tracks_[i];
+    if (!kept[i] || !now.shows(guess[i])) continue;
+    const Eigen::Matrix2d map = turn[i] * t.from_host;
+    const double scale = std::sqrt(std::abs(map.determinant()));
+    if (!(scale > 0.6 && scale < 1.7)) continue;
+    const auto found = t.patch.find(now.levels, guess[i], map, reach_px);
+    const bool good = found && found->correlation > kLeastCorrelation && now.shows(found->at);
+    if (!good && (far || ++t.misses > 3)) continue;
+    t.px = good ? found->at : guess[i];
+    t.from_host = map;
+    if (good) {
+      t.misses = 0;
+      step.sightings.push_back(
+          {t.id, t.host, now.full(t.host_px), now.full(t.px), found->correlation});
+    }
+    still.push_back(std::move(t));
+  }
+  tracks_ = std::move(still);
+  if (tracks_.empty()) step.lost = "nothing of the frame before was found again in it";
+}
+
+void Tracker::choose(const TrackerPicture& now, int frame) {
+  const int wanted = options_.points - static_cast<int>(tracks_.size());
+  if (wanted <= 0) return;
+  cv::Mat strength, highest;
+  cv::cornerMinEigenVal(now.levels, strength, 7, 3);
+  cv::dilate(strength, highest, cv::Mat::ones(7, 7, CV_8U));
+  constexpr int kColumns = 8, kRows = 6;
+  std::array<int, kColumns * kRows> in_cell{};
+  const auto cell = [&](const Eigen::Vector2d& p) -> std::size_t {
+    const int c = std::clamp(static_cast<int>(p.x() * kColumns / now.levels.cols), 0, kColumns - 1);
+    const int r = std::clamp(static_cast<int>(p.y() * kRows / now.levels.rows), 0, kRows - 1);
+    return static_cast<std::size_t>(r * kColumns + c);
+  };
+  for (const Track& t : tracks_) ++in_cell[cell(t.px)];
+  struct Candidate {
+    float strength;
+    int u, v;
+  };
+  std::vector<Candidate> candidates;
+  constexpr int kMargin = Patch::kHalf + 3;
+  for (int v = kMargin; v < strength.rows - kMargin; ++v) {
+    const float *s = strength.ptr<float>(v), *h = highest.ptr<float>(v);
+    for (int u = kMargin; u < strength.cols - kMargin; ++u)
+      if (s[u] > 0 && s[u] == h[u]) candidates.push_back({s[u], u, v});
+  }
+  std::sort(candidates.begin(), candidates.end(), [](const Candidate& a, const Candidate& b) {
+    return a.strength != b.strength ? a.strength > b.strength
+                                    : std::pair(a.v, a.u) < std::pair(b.v, b.u);
+  });
+  const double apart_px =
+      0.35 * std::sqrt(static_cast<double>(now.levels.total()) / std::max(1, options_.points));
+  const int most_in_cell = std::max(2, 2 * options_.points / (kColumns * kRows));
+  int chosen = 0;
+  // In two rounds: spread over the picture first, then wherever there is texture.
+  for (const int most : {most_in_cell, options_.points}) {
+    for (const Candidate& c : candidates) {
+      if (chosen >= wanted) return;
+      const Eigen::Vector2d p(c.u, c.v);
+      const std::size_t where = cell(p);
+      if (in_cell[where] >= most || !now.shows(p)) continue;
+      const double apart = most == most_in_cell ? apart_px : 0.5 * apart_px;
+      if (std::any_of(tracks_.begin(), tracks_.end(),
+                      [&](const Track& t) { return (t.px - p).norm() < apart; }))
+        continue;
+      auto patch = Patch::cut(now.levels, p, now.noise);
+      if (!patch) {
+        // Candidates come strongest first: far below what can be fixed none follows.
+        if (c.strength < 1e-4F * candidates.front().strength) break;
+        continue;
+      }
+      tracks_.push_back({next_id_++, frame, p, p, Eigen::Matrix2d::Identity(), *std::move(patch)});
+      ++in_cell[where];
+      ++chosen;
+    }
+  }
+}
+
+Result<Tracker::Step> Tracker::add(int frame, double t_s, const cv::Mat& picture, int reduction,
+                                   const cv::Mat& valid,
+                                   const std::optional<Eigen::Matrix3d>& from_previous) {
+  auto now = make_picture(options_, t_s, picture, reduction, valid);
+  Step step;
+  if (previous_ && previous_->levels.size() == now->levels.size()) {
+    std::optional<Eigen::Matrix3d> expected;
+    if (from_previous)
+      expected =
+          now->full_from_reduced().inverse() * *from_previous * previous_->full_from_reduced();
+    follow(*now, expected, step);
+  } else {
+    tracks_.clear();
+  }
+  // Half a typical frame's step early rather than late.
+  const double since_s = t_s - last_keyframe_s_;
+  const double step_s = previous_ ? t_s - previous_->t_s : 0.0;
+  if (since_s + 0.5 * step_s >= options_.keyframe_interval_s ||
+      static_cast<int>(tracks_.size()) < options_.points / 4) {
+    step.keyframe = true;
+    last_keyframe_s_ = t_s;
+    choose(*now, frame);
+  }
+  previous_ = std::move(now);
+  return step;
+}
+
+}  // namespace watersky::align
