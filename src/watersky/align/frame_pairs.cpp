@@ -44,7 +44,9 @@ struct Box {
   [[nodiscard]] double area() const { return (high - low).prod(); }
 };
 
+/// Empty, and so overlapping nothing, of no line.
 Box box_of(const Line& line) {
+  if (line.empty()) return {Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()};
   Box box{line.front(), line.front()};
   for (const Eigen::Vector2d& p : line) {
     box.low = box.low.cwiseMin(p);
