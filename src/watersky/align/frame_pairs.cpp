@@ -68,6 +68,7 @@ class BoxGrid {
  public:
   explicit BoxGrid(const std::vector<Box>& boxes) {
     std::vector<double> sides;
+    sides.reserve(boxes.size());
     for (const Box& box : boxes) sides.push_back((box.high - box.low).maxCoeff());
     const auto middle = sides.begin() + static_cast<std::ptrdiff_t>(sides.size() / 2);
     if (middle != sides.end()) {

@@ -87,6 +87,7 @@ TEST(Overlap, FramesWithoutAPoseOrASightOfTheSeaAreLeftOutWithTheReason) {
 TEST(ChoosePairs, TakesNeighboursAndRevisitsSpreadOverTime) {
   // Ten frames north, ten back 20 m to the side.
   std::vector<std::array<double, 3>> places;
+  places.reserve(3000);
   for (int i = 0; i < 10; ++i) places.push_back({20.0 * i, 0, 0});
   for (int i = 0; i < 10; ++i) places.push_back({180 - 20.0 * i, 20, 180});
   const auto placed = place_frames(drawn_flight(places)).frames;
@@ -116,6 +117,7 @@ TEST(ChoosePairs, TheGridFindsEveryRevisitThatThereIs) {
   std::uniform_real_distribution<double> place(-400, 400), turn(0, 360);
   for (int run = 0; run < 5; ++run) {
     std::vector<std::array<double, 3>> places;
+    places.reserve(3000);
     for (int i = 0; i < 60; ++i) places.push_back({place(random), place(random), turn(random)});
     const auto placed = place_frames(drawn_flight(places)).frames;
     FramePairParameters all;
@@ -132,8 +134,9 @@ TEST(ChoosePairs, TheGridFindsEveryRevisitThatThereIs) {
 
 TEST(ChoosePairs, ThousandsOfFramesOverOnePlaceAreNoTrouble) {
   std::vector<std::array<double, 3>> places;
+  places.reserve(3000);
   for (int i = 0; i < 3000; ++i)
-    places.push_back({3.0 * (i % 600), 40.0 * (i / 600), i % 2 == 0 ? 0.0 : 1.0});
+    places.push_back({3.0 * (i % 600), 40.0 * std::floor(i / 600.0), i % 2 == 0 ? 0.0 : 1.0});
   const auto placed = place_frames(drawn_flight(places)).frames;
   const auto pairs = choose_pairs(placed);
   EXPECT_LE(pairs.size(), 4 * placed.size());

@@ -311,6 +311,26 @@ TEST(Metadata, OfManyFramesASampleIsCheckedAndTurnedOnesAreThenAllFound) {
   for (const std::size_t i : check.findings[0].frames) EXPECT_GE(i, count / 2 + 2);
 }
 
+TEST(Metadata, ThousandsOfFramesCostNoMoreThanTheSample) {
+  sim::Scenario scenario = usual();
+  scenario.camera.frame_rate_hz = 100.0;
+  scenario.navigation.pose_rate_hz = 10.0;
+  Flight flight = flown(scenario);
+  ASSERT_GT(flight.frames.size(), 1500u);
+  auto loads = std::make_shared<int>(0);
+  for (ImageFrame& frame : flight.frames)
+    frame.load = [loads](const ImageRequest&) -> Result<cv::Mat> {
+      ++*loads;
+      return Error{ErrorCode::Io, "the disk is gone"};
+    };
+  const MetadataCheck check = check_metadata(flight).value();
+  EXPECT_FALSE(check.checked);
+  EXPECT_THAT(check.summary, HasSubstr("the disk is gone"));
+  // Each pair is tried again half as far apart, down to neighbours.
+  EXPECT_LE(check.pairs_tried, 60u * 10u);
+  EXPECT_LE(*loads, 60 * 11);
+}
+
 TEST(Metadata, WhatCannotBeCheckedSaysWhy) {
   sim::Scenario water = usual();
   water.sea.concentration = 0.0;

@@ -26,7 +26,7 @@ Nuisance plus(Nuisance n, const Unknowns& step, const NuisancePrior& prior) {
       prior.free_height() ? std::numeric_limits<double>::infinity() : kMostLogHeight;
   n.log_height = std::clamp(n.log_height + step(3), -most_log_height, most_log_height);
   n.delay_s += step(4);
-  constexpr double kMost_s = kDelayStep_s * (kDelays / 2);
+  constexpr double kMost_s = kDelayStep_s * kNoDelay;
   n.delay_s = std::clamp(n.delay_s, -kMost_s, kMost_s);
   n.drift_m_s = (n.drift_m_s + step.tail<2>()).cwiseMax(-kMostDrift_m_s).cwiseMin(kMostDrift_m_s);
   return n;
@@ -68,16 +68,15 @@ std::optional<SeenFrame> see_frame(const Flight& flight, const ImageFrame& frame
     seen.rotation[static_cast<std::size_t>(i)] = pose.world_from_camera.rotation();
     seen.origin[static_cast<std::size_t>(i)] = pose.world_from_camera.origin().v;
   };
-  constexpr int kNow = kDelays / 2;
-  keep(kNow, *here);
+  keep(kNoDelay, *here);
   ImageFrame shifted;
   shifted.own_gimbal = frame.own_gimbal;
   // A pose recorded with the frame moves with it.
   const bool moves = !frame.own_pose;
   for (const int way : {-1, 1}) {
     CameraPose last = *here;
-    for (int i = kNow + way; i >= 0 && i < kDelays; i += way) {
-      shifted.captured_at = here->time + seconds((i - kNow) * kDelayStep_s);
+    for (int i = kNoDelay + way; i >= 0 && i < kDelays; i += way) {
+      shifted.captured_at = here->time + seconds((i - kNoDelay) * kDelayStep_s);
       if (moves)
         if (const auto pose = flight.camera_pose(shifted, max_gap)) last = *pose;
       keep(i, last);
@@ -117,7 +116,7 @@ std::vector<Eigen::Vector3d> Disagreement::on_sea(std::span<const SeenFrame> fra
                                                   std::span<const Eigen::Vector3d> rays,
                                                   const Nuisance& nuisance) const {
   const SeenFrame& seen = frames[frame];
-  const double at = nuisance.delay_s / kDelayStep_s + kDelays / 2;
+  const double at = nuisance.delay_s / kDelayStep_s + kNoDelay;
   const auto i =
       static_cast<std::size_t>(std::clamp(static_cast<int>(std::floor(at)), 0, kDelays - 2));
   const double f = std::clamp(at - static_cast<double>(i), 0.0, 1.0);

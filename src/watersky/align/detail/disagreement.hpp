@@ -16,6 +16,7 @@ namespace watersky::detail {
 
 /// Delays at which poses are looked up, -0.6 to 0.6 s; between them they are interpolated.
 inline constexpr int kDelays = 13;
+inline constexpr int kNoDelay = kDelays / 2;
 inline constexpr double kDelayStep_s = 0.1;
 inline constexpr int kQuarters = 4;
 
@@ -26,7 +27,7 @@ struct SeenFrame {
   Eigen::Vector3d sea = Eigen::Vector3d::Zero();  ///< the point of the sea under it
   Eigen::Vector3d up = -Eigen::Vector3d::UnitZ();
   double time_s = 0.0;  ///< since any one moment
-  [[nodiscard]] double height_m() const { return (origin[kDelays / 2] - sea).dot(up); }
+  [[nodiscard]] double height_m() const { return (origin[kNoDelay] - sea).dot(up); }
 };
 
 /// nullopt where the frame cannot be placed.

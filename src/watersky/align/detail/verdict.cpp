@@ -143,6 +143,7 @@ struct ShownHeight {
 };
 ShownHeight shown_height(const Evidence& evidence, const Reading& free) {
   std::vector<double> heights_m;
+  heights_m.reserve(free.frames.size());
   for (const SeenFrame& frame : free.frames) heights_m.push_back(frame.height_m());
   ShownHeight out;
   out.recorded_m = median_of(std::move(heights_m));
