@@ -36,7 +36,7 @@ struct HoverParameters {
   double hover_reach_yaw_deg = 35.0;
   double hover_least_tilt_deg = 2.0;
   double hover_most_tilt_deg = 4.0;
-  double hover_band_hz = 1.0;
+  double hover_band_hz = 1.5;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {

@@ -49,7 +49,7 @@ Scenario laboratory() {
   s.sensor.water_texture = 0.05;
   s.sensor.floe_variation = 0.05;
   s.sensor.texture_cell_m = 0.005;
-  s.sensor.exposure_s = 0.008;
+  s.sensor.exposure_s = 0.005;
   s.sensor.readout_s = 0.02;
   s.sensor.jpeg_quality = 70;
 
