@@ -39,6 +39,8 @@ constexpr int kHeldOut = 8;  ///< one track of so many judges
 constexpr std::size_t kMostRevisits = 240;
 /// Of the arrivals' jitter, after a line through 25 of them.
 constexpr double kLeftAfterEvening = 0.3;
+/// How far a camera's clock wanders against the poses', per root second.
+constexpr double kClockWalk_s = 1e-4;
 constexpr std::size_t kFirstLook = 300;  ///< frames
 constexpr int kRevisitPoints = 30;
 constexpr double kRevisit_px = 0.2;  ///< one sigma of a place found again, reduced pixels
@@ -246,6 +248,7 @@ void Aligner::use_clock() {
     adjustment_->frames[k].base_s =
         clock->start_s + clock->period_s * static_cast<double>(counters[k]);
   adjustment_->priors.jitter_s = 0.0;
+  adjustment_->priors.delay_walk_s = std::min(adjustment_->priors.delay_walk_s, kClockWalk_s);
   out_.notes.push_back(
       text("Frames are counted: a regular clock of %.3f ms a frame under their "
            "arrivals took out %.0f ms of jitter.",
@@ -424,6 +427,7 @@ Status Aligner::track(std::size_t most) {
     for (const Sighting& s : step->sightings) {
       auto made = tie(s.host_px, s.px, s.covariance_px2);
       if (!made) continue;
+      made->track = s.track;
       made->held_out = s.track % kHeldOut == kHeldOut - 1;
       const auto [found, is_new] =
           group_of.try_emplace({s.host, frame}, adjustment_->groups.size());
@@ -600,7 +604,7 @@ void Aligner::find_regular_clock() {
   }
   a.priors.jitter_s = 0.0;
   // On a grid the delay is one number: what wandered is in the arrivals.
-  a.priors.delay_walk_s = std::min(a.priors.delay_walk_s, 1e-4);
+  a.priors.delay_walk_s = std::min(a.priors.delay_walk_s, kClockWalk_s);
   solve(false);
   if (a.log_evidence() > evidence_before) {
     clock_note_ = text(

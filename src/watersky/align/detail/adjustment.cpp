@@ -10,6 +10,7 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <random>
 
@@ -368,8 +369,9 @@ class TieCost final : public ceres::CostFunction {
     int row = 0;
     for (const Tie& tie : group_->ties) {
       if (tie.held_out) continue;
-      const Eigen::Matrix2d scale =
-          adjustment_->focal_px() / adjustment_->priors.tie * std::sqrt(tie.robust) * tie.whiten;
+      const Eigen::Matrix2d scale = adjustment_->focal_px() /
+                                    (adjustment_->priors.tie * tie.scale) * std::sqrt(tie.robust) *
+                                    tie.whiten;
       const auto t = transfer(host.camera.at_row(tie.host_row, adjustment_->readout_s()),
                               frame.camera.at_row(tie.frame_row, adjustment_->readout_s()),
                               tie.host, tie.frame, focal, drift, elapsed_s);
@@ -459,6 +461,17 @@ class LinkCost final : public ceres::CostFunction {
 /// One frame's sight of a known place, or its measured height: few, so derivatives are Ceres's.
 }  // namespace
 
+/// Rows and columns at the present state.
+struct Adjustment::Linear {
+  Eigen::SparseMatrix<double> jacobian;
+  Eigen::VectorXd residuals;
+  std::vector<int> kind;          ///< of each row
+  std::vector<int> component;     ///< of a knot's row: 0 to 5
+  std::vector<int> first_column;  ///< of each block; -1: not in it
+  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> normal;
+  bool good = false;
+};
+
 /// The Ceres problem, and its rows by what they assume.
 class Adjustment::Problem {
  public:
@@ -497,16 +510,6 @@ class Adjustment::Problem {
     return {s.IsSolutionUsable(), static_cast<int>(s.iterations.size()), s.total_time_in_seconds};
   }
 
-  /// Rows and columns at the present state.
-  struct Linear {
-    Eigen::SparseMatrix<double> jacobian;
-    Eigen::VectorXd residuals;
-    std::vector<int> kind;          ///< of each row
-    std::vector<int> component;     ///< of a knot's row: 0 to 5
-    std::vector<int> first_column;  ///< of each block; -1: not in it
-    Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> normal;
-    bool good = false;
-  };
   std::unique_ptr<Linear> linearise() const {
     auto out = std::make_unique<Linear>();
     ceres::Problem::EvaluateOptions o;
@@ -678,6 +681,31 @@ void Adjustment::look_at_residuals(bool first, bool forgiving) {
     std::nth_element(v.begin(), middle, v.end());
     return *middle;
   };
+  // Places differ: the corner of a floe is found to a tenth of what a smudge is. Each is weighed by
+  // its own residuals, drawn towards those of all where there are few.
+  const double all = std::max(1e-3, middle_of(sizes));
+  std::map<int, std::vector<double>> of_track;
+  if (!first)
+    for (const TieGroup& group : groups)
+      for (const Tie& tie : group.ties)
+        if (tie.track >= 0 && tie.robust >= 0.0) of_track[tie.track].push_back(tie.robust);
+  constexpr double kDrawn = 4.0;
+  std::map<int, double> scale_of_track;
+  for (auto& [track, residuals] : of_track) {
+    const auto n = static_cast<double>(residuals.size());
+    const double own = middle_of(residuals) / all;
+    scale_of_track[track] =
+        std::clamp(std::sqrt((n * own * own + kDrawn) / (n + kDrawn)), 0.1, 10.0);
+  }
+  sizes.clear();
+  for (TieGroup& group : groups)
+    for (Tie& tie : group.ties) {
+      const auto found = scale_of_track.find(tie.track);
+      tie.scale = found == scale_of_track.end() ? 1.0 : found->second;
+      if (tie.robust < 0.0) continue;
+      tie.robust /= tie.scale;
+      if (!tie.held_out) sizes.push_back(tie.robust);
+    }
   // The median length of two normal numbers of sigma 1 is 1.177.
   const double sigma = std::max(0.1, middle_of(sizes) / 1.1774);
   priors.tie = first ? std::max(sigma, 2.0) : sigma;
@@ -696,6 +724,49 @@ void Adjustment::look_at_residuals(bool first, bool forgiving) {
       tie.robust = tie.robust < 0.0 || (x > 4.0 && !first) ? 0.0 : 1.0 / (1.0 + x * x);
     }
   }
+}
+
+double Adjustment::log_evidence() const {
+  AdjustmentState copy = state;
+  return log_evidence(*Problem(*this, copy).linearise());
+}
+
+double Adjustment::log_evidence(const Linear& linear_at) const {
+  const Linear* linear = &linear_at;
+  if (!linear->good) return -std::numeric_limits<double>::infinity();
+  double sum = 0.0;
+  // Ties by the heavy-tailed density whose weights they have; other rows are normal.
+  for (const TieGroup& group : groups)
+    for (const Tie& tie : group.ties) {
+      if (tie.held_out) continue;
+      const auto r = residual_px(group, tie, state);
+      const double x2 =
+          r ? (tie.whiten * *r).squaredNorm() / std::pow(3.0 * priors.tie * tie.scale, 2) : 1e4;
+      sum -= 4.5 * std::log1p(x2) + 2.0 * std::log(priors.tie * tie.scale);
+    }
+  for (std::size_t r = 0; r < linear->kind.size(); ++r)
+    if (linear->kind[r] != Problem::Ties) {
+      const double x = linear->residuals[static_cast<Eigen::Index>(r)];
+      sum -= 0.5 * x * x;
+    }
+  // What each prior's width costs: the determinant of its rows by their unknowns.
+  for (std::size_t k = 0; k < knot_times_s.size(); ++k)
+    for (int c = 0; c < 6; ++c) {
+      double sigma = priors.knot[c];
+      if (k > 0) {
+        const double tau = c < 3 ? priors.position_correlation_s : priors.attitude_correlation_s;
+        sigma *= std::sqrt(
+            std::max(1e-12, 1.0 - std::exp(-2.0 * (knot_times_s[k] - knot_times_s[k - 1]) / tau)));
+      }
+      sum -= std::log(sigma);
+    }
+  if (priors.jitter_s > 0.0)
+    sum -= static_cast<double>(
+               std::count(linear->kind.begin(), linear->kind.end(), Problem::Jitters)) *
+           std::log(priors.jitter_s);
+  const Eigen::SparseMatrix<double> factor = linear->normal.matrixL();
+  for (Eigen::Index k = 0; k < factor.rows(); ++k) sum -= std::log(factor.coeff(k, k));
+  return sum;
 }
 
 Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
@@ -721,7 +792,7 @@ Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
     Problem again(*this, state);
     const auto linear = again.linearise();
     if (!linear->good) continue;
-    if (const double evidence = log_evidence(); evidence > best.evidence)
+    if (const double evidence = log_evidence(*linear); evidence > best.evidence)
       best = {evidence, priors, state};
     if (round + 1 == options.rounds) break;
     std::mt19937 random(17);
@@ -770,45 +841,6 @@ Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
   return total;
 }
 
-double Adjustment::log_evidence() const {
-  AdjustmentState copy = state;
-  Problem problem(*this, copy);
-  const auto linear = problem.linearise();
-  if (!linear->good) return -std::numeric_limits<double>::infinity();
-  double sum = 0.0;
-  // Ties by the heavy-tailed density whose weights they have; other rows are normal.
-  for (const TieGroup& group : groups)
-    for (const Tie& tie : group.ties) {
-      if (tie.held_out) continue;
-      const auto r = residual_px(group, tie, state);
-      const double x2 = r ? (tie.whiten * *r).squaredNorm() / (9.0 * priors.tie * priors.tie) : 1e4;
-      sum -= 4.5 * std::log1p(x2) + 2.0 * std::log(priors.tie);
-    }
-  for (std::size_t r = 0; r < linear->kind.size(); ++r)
-    if (linear->kind[r] != Problem::Ties) {
-      const double x = linear->residuals[static_cast<Eigen::Index>(r)];
-      sum -= 0.5 * x * x;
-    }
-  // What each prior's width costs: the determinant of its rows by their unknowns.
-  for (std::size_t k = 0; k < knot_times_s.size(); ++k)
-    for (int c = 0; c < 6; ++c) {
-      double sigma = priors.knot[c];
-      if (k > 0) {
-        const double tau = c < 3 ? priors.position_correlation_s : priors.attitude_correlation_s;
-        sigma *= std::sqrt(
-            std::max(1e-12, 1.0 - std::exp(-2.0 * (knot_times_s[k] - knot_times_s[k - 1]) / tau)));
-      }
-      sum -= std::log(sigma);
-    }
-  if (priors.jitter_s > 0.0)
-    sum -= static_cast<double>(
-               std::count(linear->kind.begin(), linear->kind.end(), Problem::Jitters)) *
-           std::log(priors.jitter_s);
-  const Eigen::SparseMatrix<double> factor = linear->normal.matrixL();
-  for (Eigen::Index k = 0; k < factor.rows(); ++k) sum -= std::log(factor.coeff(k, k));
-  return sum;
-}
-
 void Adjustment::solve_frames() {
   std::vector<std::vector<std::size_t>> groups_of(frames.size());
   for (std::size_t g = 0; g < groups.size(); ++g)
@@ -839,7 +871,8 @@ void Adjustment::solve_frames() {
                        state.globals[Globals::kFocal], state.globals.segment<2>(Globals::kDrift),
                        time_s(static_cast<int>(i), state) - time_s(groups[g].host, state));
           if (!t) continue;
-          const Eigen::Matrix2d scale = focal_px_ / priors.tie * std::sqrt(tie.robust) * tie.whiten;
+          const Eigen::Matrix2d scale =
+              focal_px_ / (priors.tie * tie.scale) * std::sqrt(tie.robust) * tie.whiten;
           const Matrix26 rows = scale * t->by_frame;
           normal += rows.transpose() * rows;
           right -= rows.transpose() * (scale * t->residual);

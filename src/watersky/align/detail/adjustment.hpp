@@ -42,6 +42,8 @@ struct Tie {
   double host_row = 0.0, frame_row = 0.0;
   /// What makes a residual in pixels one of unit covariance, but for `AdjustmentPriors::tie`.
   Eigen::Matrix2d whiten = Eigen::Matrix2d::Identity();
+  int track = -1;         ///< ties of one place; -1: of none
+  double scale = 1.0;     ///< of its residuals over those of most, from the last look at them
   double robust = 1.0;    ///< weight of the residual, from the last look at it
   bool held_out = false;  ///< takes no part: it judges
 };
@@ -177,6 +179,8 @@ class Adjustment {
   struct Slot;
   struct Evaluated;
   class Problem;
+  struct Linear;
+  [[nodiscard]] double log_evidence(const Linear& linear) const;
   [[nodiscard]] std::pair<int, double> delay_place(double base_s) const;
   void evaluate(int frame, const AdjustmentState& s, bool derivatives, Evaluated& out) const;
   void look_at_residuals(bool first, bool forgiving);
