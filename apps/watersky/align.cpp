@@ -25,7 +25,7 @@ StoredImages stored_images(const std::string& name) {
 
 /// "  focal scale          1.0021 ± 0.0008 (given 1.0000 ± 0.0030)"
 std::string line_of(const Estimate& e) {
-  const std::string unit = e.unit == "1" ? "" : " " + e.unit;
+  const std::string unit = e.unit == "1" ? "" : e.unit == "deg" ? "°" : " " + e.unit;
   char text[200];
   if (!e.observed) {
     std::snprintf(text, sizeof text, "  %-26s not observed, stays %s ± %s%s",

@@ -61,9 +61,12 @@ std::string cards(const AlignmentRun& run, const std::vector<LeftOut>& not_writt
                     : "no place was seen by several frames") +
          card("Frames", std::to_string(kept),
               out == 0 ? "none left out" : std::to_string(out) + " left out, see below") +
-         card("Places seen again", std::to_string(a.sightings),
-              "from " + std::to_string(a.keyframes) + " keyframes; " + std::to_string(a.revisits) +
-                  " pairs of frames by flying there again") +
+         card("Places followed", std::to_string(a.sightings),
+              "sightings, from " + std::to_string(a.keyframes) + " keyframes on") +
+         card("Seen again on return", std::to_string(a.revisits),
+              "pairs of frames tied by flying there again") +
+         card("One sighting", a.pixel_sigma > 0 ? "± " + number(a.pixel_sigma, 2) + " px" : "–",
+              "one sigma, from what is left over") +
          card("Offset of the whole",
               shared.trace() > 0 ? "± " + metres(std::sqrt(shared.trace() / 2)) : "–",
               shared.trace() > 0
@@ -115,8 +118,8 @@ Result<std::string> pictures_section(const AlignmentRun& run) {
          "<p class=\"keys\"><span class=\"key\"><b>levels</b> 0 <span class=\"ramp\" "
          "style=\"background:" +
          gradient(kCountRamp) + "\"></span> " + number(pictures->most_spread_levels, 0) +
-         "</span><span class=\"key\">Frames differ also by light and by what their lenses and "
-         "waves do, so that some of it stays.</span></p></section>";
+         "</span><span class=\"key\">Smooth differences of light are taken out; noise and "
+         "waves stay.</span></p></section>";
 }
 
 std::string delay_section(const AlignmentRun& run) {
@@ -183,8 +186,6 @@ std::string making_section(const AlignmentRun& run) {
       "<section><h2>How it was made</h2><div class=\"scroll\"><table class=\"facts\"><tbody>" +
       row("Sea level", run.given.sea_level ? run.given.sea_level->description : "") +
       row("Calibration", run.given.calibration.description) +
-      row("One sighting is good to",
-          a.pixel_sigma > 0 ? number(a.pixel_sigma, 2) + " px, from what is left over" : "") +
       row("Time", number(run.wall_s, 1) + " s, of these " + number(a.tracking_s, 1) +
                       " s of tracking and " + number(a.solving_s, 1) + " s of adjusting, " +
                       std::to_string(run.threads) + (run.threads == 1 ? " thread" : " threads")) +

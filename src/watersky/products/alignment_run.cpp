@@ -11,20 +11,46 @@ namespace watersky {
 
 namespace {
 
-/// Frames of which only the arrival is known, when nobody knows the delay.
-void leave_out_assumed_times(const Flight& given, const Alignment& alignment, Flight& corrected) {
-  if (alignment.method != AlignMethod::AsGiven) return;
-  std::vector<ImageFrame> kept;
-  for (std::size_t k = 0; k < corrected.frames.size(); ++k) {
-    const ImageFrame& before = given.frames[alignment.frames[k].index];
-    const auto time = given.capture_time(before);
-    const bool own = before.own_pose && (!given.gimbal_reference || before.own_gimbal);
-    if (own || time)
-      kept.push_back(std::move(corrected.frames[k]));
-    else
-      corrected.left_out.push_back({before.name, time.error().message});
+/// Where nothing was better than what was given, that: no regular clock under the arrivals either,
+/// and no frame of which only the arrival is known when nobody knows the delay.
+void put_back_as_given(const Flight& given, Duration max_gap, Alignment& alignment) {
+  std::vector<AlignedFrame> kept;
+  for (AlignedFrame& f : alignment.frames) {
+    const ImageFrame& frame = given.frames[f.index];
+    const auto leave_out = [&](const Error& e) {
+      alignment.left_out.push_back({frame.name, e.message});
+    };
+    if (!frame.own_pose || (given.gimbal_reference && !frame.own_gimbal)) {
+      const auto time = given.capture_time(frame);
+      if (!time) {
+        leave_out(time.error());
+        continue;
+      }
+      const auto pose = frame.own_pose ? Result<StampedPose>(*frame.own_pose)
+                                       : given.trajectory.at(*time, max_gap);
+      if (!pose) {
+        leave_out(pose.error());
+        continue;
+      }
+      if (given.gimbal_reference) {
+        const auto gimbal = frame.own_gimbal ? Result<Eigen::Quaterniond>(*frame.own_gimbal)
+                                             : given.gimbal.at(*time, max_gap);
+        if (!gimbal) {
+          leave_out(gimbal.error());
+          continue;
+        }
+        f.gimbal = *gimbal;
+      }
+      f.captured = f.pose.time = *time;
+      f.pose.world_from_body = pose->world_from_body;
+      f.delay_s = given.delay_s.value_or(0.0);
+    }
+    kept.push_back(std::move(f));
   }
-  corrected.frames = std::move(kept);
+  std::stable_sort(kept.begin(), kept.end(), [](const AlignedFrame& x, const AlignedFrame& y) {
+    return x.captured < y.captured;
+  });
+  alignment.frames = std::move(kept);
 }
 
 }  // namespace
@@ -33,8 +59,9 @@ Result<AlignmentRun> run_alignment(const Flight& flight, const AlignOptions& opt
                                    const Progress& progress) {
   const auto started = std::chrono::steady_clock::now();
   WATERSKY_TRY(Alignment alignment, align_flight(flight, options, progress));
+  if (alignment.method == AlignMethod::AsGiven)
+    put_back_as_given(flight, seconds(options.parameters.align_max_pose_gap_s), alignment);
   WATERSKY_TRY(Flight corrected, aligned(flight, alignment));
-  leave_out_assumed_times(flight, alignment, corrected);
   AlignmentRun run{flight, std::move(corrected), std::move(alignment), options.parameters,
                    options.threads};
   run.corrected.notes.insert(run.corrected.notes.end(), run.alignment.notes.begin(),

@@ -11,7 +11,7 @@ namespace watersky {
 
 struct AlignmentRun {
   Flight given;
-  /// As aligned() has it, and no frame in it whose time of capture was only assumed.
+  /// As aligned() has it; of its frames, in their order, `alignment.frames` tells.
   Flight corrected;
   Alignment alignment;
   AlignParameters parameters;

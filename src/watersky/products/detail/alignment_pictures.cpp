@@ -2,6 +2,7 @@
 #include "watersky/products/detail/alignment_pictures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <vector>
@@ -67,14 +68,10 @@ void Pictures::find_candidates() {
   const auto& frames = run_.alignment.frames;
   const Duration max_gap = seconds(run_.parameters.align_max_pose_gap_s);
   const std::size_t count = std::min(kMostConsidered, run_.corrected.frames.size());
-  // Frames that were dropped from the corrected flight make the two lists differ: by name then.
-  std::size_t at = 0;
   for (std::size_t n = 0; n < count; ++n) {
     const std::size_t k = n * run_.corrected.frames.size() / count;
     const ImageFrame& corrected = run_.corrected.frames[k];
-    while (at < frames.size() && given_.frames[frames[at].index].name != corrected.name) ++at;
-    if (at == frames.size()) return;
-    const auto before = given_.camera_pose(given_.frames[frames[at].index], max_gap);
+    const auto before = given_.camera_pose(given_.frames[frames[k].index], max_gap);
     const auto after = run_.corrected.camera_pose(corrected, max_gap);
     if (!before || !after) continue;
     if (!projection_)
@@ -203,9 +200,10 @@ cv::Mat Pictures::load(const Candidate& candidate, int reduction) {
 /// Sums over the frames of one side.
 struct Layers {
   Mosaic mosaic;
-  cv::Mat sum, squares, count;
+  cv::Mat sum, details, squares, count;
   explicit Layers(cv::Size size)
       : sum(size, CV_32FC3, cv::Scalar::all(0)),
+        details(size, CV_32F, cv::Scalar(0)),
         squares(size, CV_32F, cv::Scalar(0)),
         count(size, CV_32F, cv::Scalar(0)) {}
 
@@ -219,26 +217,36 @@ struct Layers {
     Mosaic alone;
     if (!mosaic.add(grid, image) || !alone.add(grid, image)) return;
     const cv::Mat seen = alone.bgra(box);
+    cv::Mat gray(seen.size(), CV_32F, cv::Scalar(0)), known(seen.size(), CV_32F, cv::Scalar(0));
     for (int r = 0; r < seen.rows; ++r)
       for (int c = 0; c < seen.cols; ++c) {
         const auto& p = seen.at<cv::Vec4b>(r, c);
         if (p[3] == 0) continue;
         const cv::Vec3f color(p[0], p[1], p[2]);
-        const float gray = 0.114F * color[0] + 0.587F * color[1] + 0.299F * color[2];
         sum.at<cv::Vec3f>(r, c) += color;
-        squares.at<float>(r, c) += gray * gray;
-        count.at<float>(r, c) += 1.0F;
+        gray.at<float>(r, c) = 0.114F * color[0] + 0.587F * color[1] + 0.299F * color[2];
+        known.at<float>(r, c) = 1.0F;
       }
+    count += known;
+    // Light and the lens's shading are smooth; what is out of place is not.
+    cv::Mat smooth, weight;
+    const double sigma_cells = seen.cols / 16.0;
+    cv::GaussianBlur(gray, smooth, {}, sigma_cells);
+    cv::GaussianBlur(known, weight, {}, sigma_cells);
+    cv::Mat detail = gray - smooth / cv::max(weight, 1e-3);
+    detail = detail.mul(known);
+    details += detail;
+    squares += detail.mul(detail);
   }
 
-  /// Standard deviation of the levels, where several frames see a cell; NaN elsewhere.
+  /// Standard deviation of the levels without what is smooth, where several frames see a cell; NaN
+  /// elsewhere.
   [[nodiscard]] cv::Mat spread() const {
     cv::Mat out(count.size(), CV_32F);
     for (int r = 0; r < out.rows; ++r)
       for (int c = 0; c < out.cols; ++c) {
         const float n = count.at<float>(r, c);
-        const cv::Vec3f& s = sum.at<cv::Vec3f>(r, c);
-        const float mean = (0.114F * s[0] + 0.587F * s[1] + 0.299F * s[2]) / std::max(1.0F, n);
+        const float mean = details.at<float>(r, c) / std::max(1.0F, n);
         out.at<float>(r, c) =
             n < 2 ? std::numeric_limits<float>::quiet_NaN()
                   : std::sqrt(std::max(0.0F, squares.at<float>(r, c) / n - mean * mean));
@@ -288,6 +296,34 @@ PlacePictures pictures_of(const Layers& layers, const cv::Mat& spread, double mo
   return out;
 }
 
+/// Ice under fog differs by a few levels: the same stretch for all, to nearly black and white.
+void stretch(std::vector<cv::Mat> pictures) {
+  std::array<std::size_t, 256> count{};
+  std::size_t total = 0;
+  for (const cv::Mat& picture : pictures)
+    for (auto p = picture.begin<cv::Vec3b>(); p != picture.end<cv::Vec3b>(); ++p) {
+      if (*p == cv::Vec3b::all(kUnseenGray)) continue;
+      for (int channel = 0; channel < 3; ++channel) ++count[(*p)[channel]];
+      total += 3;
+    }
+  std::size_t below = 0;
+  int low = 255, high = 0;
+  for (int level = 0; level < 256; ++level) {
+    const std::size_t here = count[static_cast<std::size_t>(level)];
+    if (below + here > total / 200 && level < low) low = level;
+    if (below < total - total / 200) high = level;
+    below += here;
+  }
+  if (high - low < 4) return;
+  const double scale = std::max(1.0, 225.0 / (high - low));
+  for (cv::Mat& picture : pictures) {
+    cv::Mat unseen;
+    cv::inRange(picture, cv::Scalar::all(kUnseenGray), cv::Scalar::all(kUnseenGray), unseen);
+    picture.convertTo(picture, -1, scale, scale > 1.0 ? 15 - scale * low : 0.0);
+    picture.setTo(cv::Scalar::all(kUnseenGray), unseen);
+  }
+}
+
 bool Pictures::lay(const Candidate& centre, const std::vector<std::size_t>& chosen,
                    BeforeAfter& out) {
   const CameraModel& camera = run_.corrected.camera;
@@ -326,6 +362,7 @@ bool Pictures::lay(const Candidate& centre, const std::vector<std::size_t>& chos
   out.most_spread_levels = std::max(1.0, static_cast<double>(*at));
   out.before = pictures_of(before, spread_before, out.most_spread_levels, box);
   out.after = pictures_of(after, spread_after, out.most_spread_levels, box);
+  stretch({out.before.mosaic, out.after.mosaic, out.before.mean, out.after.mean});
   return true;
 }
 

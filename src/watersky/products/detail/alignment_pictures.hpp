@@ -14,7 +14,7 @@ namespace watersky::detail {
 struct PlacePictures {
   cv::Mat mosaic;  ///< nearest-to-nadir frame first, as mosaic.tif has it: its seams show errors
   cv::Mat mean;    ///< of all frames: sharp where they agree
-  cv::Mat spread;  ///< of the frames' levels, on one scale before and after
+  cv::Mat spread;  ///< of the frames' levels less what is smooth, on one scale before and after
   /// Root mean square of that spread, in levels of 255, over the cells that several frames show.
   double spread_levels = 0.0;
 };

@@ -15,7 +15,9 @@ namespace {
 
 std::string cell(const std::string& text) { return "<td class=\"n\">" + text + "</td>"; }
 
-std::string unit_text(const std::string& unit) { return unit == "1" ? "" : "\u2009" + unit; }
+std::string unit_text(const std::string& unit) {
+  return unit == "1" ? "" : unit == "deg" ? "°" : "\u2009" + unit;
+}
 
 /// Seconds since the first of the flight's aligned frames.
 double since_first_s(const AlignmentRun& run, Time time) {
@@ -38,9 +40,10 @@ std::string disagreement_table(const Alignment& alignment) {
            cell(metres(s.p90_m)) + cell(number(s.median_px, 2) + " px") +
            cell(std::to_string(s.ties)) + "</tr>";
   };
-  const std::string rows = row("As given", alignment.as_given) +
-                           row("With a constant delay", alignment.constant_delay) +
-                           row("After alignment", alignment.after);
+  const std::string rows =
+      row("As given", alignment.as_given) +
+      (alignment.delay_estimated ? row("With a constant delay", alignment.constant_delay) : "") +
+      row("After alignment", alignment.after);
   if (rows.empty())
     return "<p>No place was seen by several frames, so nothing can be compared.</p>";
   return "<p>How far apart frames put one and the same place of the sea, of places that took no "
@@ -109,7 +112,7 @@ std::string corrections_charts(const AlignmentRun& run) {
   static constexpr std::array<const char*, 3> kAbout{"about north", "about east",
                                                      "about down (heading)"};
   Chart position{"Correction of the position over time", "m", {}};
-  Chart attitude{"Correction of the attitude over time", "deg", {}};
+  Chart attitude{"Correction of the attitude over time", "°", {}};
   for (std::size_t axis = 0; axis < 3; ++axis) {
     ChartSeries along{kAlong[axis], kLooks[axis]}, about{kAbout[axis], kLooks[axis]};
     for (const PoseCorrection& c : corrections) {

@@ -55,6 +55,17 @@ std::vector<std::size_t> thinned(std::size_t count) {
   return kept;
 }
 
+/// Where nothing was measured for so long no curve is drawn. With a sigma it is one that goes on.
+double gap_of(const ChartSeries& series) {
+  std::vector<double> steps;
+  for (const std::size_t i : thinned(series.line.size()))
+    if (i > 0) steps.push_back(series.line[i].x() - series.line[i - 1].x());
+  if (steps.empty() || !series.sigma.empty()) return std::numeric_limits<double>::infinity();
+  const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
+  std::nth_element(steps.begin(), middle, steps.end());
+  return 6 * *middle * static_cast<double>(series.line.size() / kMostPoints + 1);
+}
+
 }  // namespace
 
 std::string time_chart(const Chart& chart) {
@@ -74,7 +85,7 @@ std::string time_chart(const Chart& chart) {
   if (!(t.high >= t.low) || !(v.high >= v.low)) return {};
   t.open();
   v.open();
-  const double step_v = round_step(v, 4), step_t = round_step(t, 8);
+  const double step_v = round_step(v, 5), step_t = round_step(t, 8);
   v.low = std::floor(v.low / step_v + 1e-9) * step_v;
   v.high = std::ceil(v.high / step_v - 1e-9) * step_v;
   const auto x = [&](double time) { return number(kWidth * (time - t.low) / (t.high - t.low), 1); };
@@ -103,9 +114,12 @@ std::string time_chart(const Chart& chart) {
   std::string keys;
   for (const ChartSeries& s : chart.series) {
     std::string band, back, line, dots;
+    const double gap = gap_of(s);
+    double before = std::numeric_limits<double>::infinity();
     for (const std::size_t i : thinned(s.line.size())) {
       const Eigen::Vector2d& p = s.line[i];
-      line += (line.empty() ? "M" : "L") + x(p.x()) + "," + y(p.y());
+      line += (line.empty() || p.x() - before > gap ? "M" : "L") + x(p.x()) + "," + y(p.y());
+      before = p.x();
       if (i >= s.sigma.size()) continue;
       band += (band.empty() ? "M" : "L") + x(p.x()) + "," + y(p.y() + s.sigma[i]);
       back.insert(0, "L" + x(p.x()) + "," + y(p.y() - s.sigma[i]));

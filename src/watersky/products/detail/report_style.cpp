@@ -77,7 +77,7 @@ details{margin:.35rem 0}summary{cursor:pointer}
 ul{margin:.2rem 0;padding-left:1.2rem}
 .files{columns:16rem;font-size:.86rem;color:var(--soft)}
 footer{padding:.4rem 1.2rem 2rem;color:var(--soft);font-size:.84rem}
-@media (max-width:640px){svg.map text{font-size:23px}.map .scale,.map .north{display:none}header h1{font-size:1.5rem}section{padding:.9rem}main{padding:0 .6rem}header>div{padding:0 .9rem}.cards{grid-template-columns:1fr 1fr}.card dd{font-size:1.15rem}}
+@media (max-width:640px){svg.map text{font-size:23px}.chart text{font-size:19px}.map .scale,.map .north{display:none}header h1{font-size:1.5rem}section{padding:.9rem}main{padding:0 .6rem}header>div{padding:0 .9rem}.cards{grid-template-columns:1fr 1fr}.card dd{font-size:1.15rem}}
 @media print{header{color:#000;background:none;padding:0 0 .5rem}.switches{display:none}section,.card{break-inside:avoid;border-color:#bbb}.cards{margin-top:.5rem}svg.map{max-height:none}.scroll{overflow:visible}}
 )css";
 
