@@ -63,7 +63,8 @@ double gap_of(const ChartSeries& series) {
   if (steps.empty() || !series.sigma.empty()) return std::numeric_limits<double>::infinity();
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
-  return 6 * *middle * static_cast<double>(series.line.size() / kMostPoints + 1);
+  const std::size_t every = series.line.size() / kMostPoints + 1;
+  return 6 * *middle * static_cast<double>(every);
 }
 
 }  // namespace
@@ -125,7 +126,11 @@ std::string time_chart(const Chart& chart) {
       back.insert(0, "L" + x(p.x()) + "," + y(p.y() - s.sigma[i]));
     }
     for (const std::size_t i : thinned(s.dots.size()))
-      dots += "<circle cx=\"" + x(s.dots[i].x()) + "\" cy=\"" + y(s.dots[i].y()) + "\" r=\"1.9\"/>";
+      dots.append("<circle cx=\"")
+          .append(x(s.dots[i].x()))
+          .append("\" cy=\"")
+          .append(y(s.dots[i].y()))
+          .append("\" r=\"1.9\"/>");
     svg += "<g class=\"" + s.look + "\">";
     if (!band.empty()) svg += "<path class=\"band\" d=\"" + band + back + "Z\"/>";
     svg += dots;
