@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/align/alignment.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
@@ -8,7 +9,9 @@
 #include <cstdio>
 #include <deque>
 #include <future>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 
 #include "watersky/align/detail/adjustment.hpp"
@@ -34,7 +37,13 @@ namespace {
 constexpr double kDelayKnots_s = 5.0;
 constexpr int kHeldOut = 8;  ///< one track of so many judges
 constexpr std::size_t kMostRevisits = 240;
+/// Of the arrivals' jitter, after a line through 25 of them.
+constexpr double kLeftAfterEvening = 0.3;
+constexpr std::size_t kFirstLook = 300;  ///< frames
 constexpr int kRevisitPoints = 30;
+constexpr double kRevisit_px = 0.2;  ///< one sigma of a place found again, reduced pixels
+/// Places along edges slide: they tie across the edge, and cannot judge.
+constexpr double kJudge_px = 0.7;
 constexpr double kDelayUnknownSigma_s = 0.3;
 /// What an attitude is good for where the recording does not say; positions a share of the height.
 constexpr double kAttitudeSigma_rad = 0.5 * std::numbers::pi / 180;
@@ -86,17 +95,33 @@ class Aligner {
   Status list_frames();
   void use_clock();
   void set_priors();
+  void set_priors_of_navigation();
   Result<Loaded> load(std::size_t k) const;
   cv::Mat valid_for(const cv::Mat& image) const;
-  Status track();
+  [[nodiscard]] Eigen::Matrix2d step_between(const Eigen::Matrix3d& plane,
+                                             const Eigen::Vector2d& host_px) const;
+  Status track(std::size_t most);
   void set_knots(const std::vector<int>& keyframes);
   void find_start();
   void solve(bool variances);
+  void choose_navigation_sigma();
+  void find_regular_clock();
+  /// What an idea changes, to come back to when it was not the better one.
+  struct Snapshot {
+    std::vector<AdjustedFrame> frames;
+    std::vector<double> knot_times_s, delay_knot_times_s;
+    AdjustmentPriors priors;
+    AdjustmentState state;
+    double delay_start_s;
+    std::string clock_note;
+  };
+  [[nodiscard]] Snapshot snapshot() const;
+  void restore(const Snapshot& s);
   void freeze_unobserved();
   void revisit();
   [[nodiscard]] std::optional<Eigen::Matrix3d> expected(int from, int to) const;
-  [[nodiscard]] std::optional<Tie> tie(const Eigen::Vector2d& host_px,
-                                       const Eigen::Vector2d& px) const;
+  [[nodiscard]] std::optional<Tie> tie(const Eigen::Vector2d& host_px, const Eigen::Vector2d& px,
+                                       const Eigen::Matrix2d& covariance_px2) const;
   [[nodiscard]] TieStatistics judge(const AdjustmentState& s) const;
   [[nodiscard]] AdjustmentState without_errors(double delay_s) const;
   void finish();
@@ -114,6 +139,10 @@ class Aligner {
   std::vector<double> received_s_;
   std::vector<int> keyframes_;
   bool delayed_ = false;
+  std::string clock_note_;      ///< of a regular clock that images told; empty: none
+  double jitter_seen_s_ = 0.0;  ///< one sigma of the arrivals' unevenness
+  double focal_step_ = 1.0;
+  int reduction_ = 1;  ///< full pixels of one that was tracked
   double given_delay_s_ = 0.0;
   double height_m_ = 0.0, gsd_m_ = 0.0;
   Globals::Vector globals_before_ = Globals::Vector::Zero();
@@ -183,6 +212,7 @@ Status Aligner::list_frames() {
     adjustment_->frames.push_back(std::move(l.frame));
   }
   matrix_ = flight_.camera.camera_matrix();
+  focal_step_ = flight_.camera.focal_px();
   std::vector<double> heights;
   for (const auto& f : adjustment_->frames)
     heights.push_back(-(f.own ? f.own->position_m : navigation_->at(f.base_s).position_m).z());
@@ -222,8 +252,7 @@ void Aligner::use_clock() {
            1e3 * clock->period_s, 1e3 * clock->jitter_s));
 }
 
-void Aligner::set_priors() {
-  const AlignParameters& p = options_.parameters;
+void Aligner::set_priors_of_navigation() {
   AdjustmentPriors& priors = adjustment_->priors;
   const PoseSigma& said = navigation_->typical_sigma();
   for (int k = 0; k < 3; ++k) {
@@ -232,6 +261,12 @@ void Aligner::set_priors() {
     priors.knot[k] = position_m > 0 ? position_m : kPositionShare * height_m_;
     priors.knot[k + 3] = attitude_rad > 0 ? attitude_rad : kAttitudeSigma_rad;
   }
+}
+
+void Aligner::set_priors() {
+  const AlignParameters& p = options_.parameters;
+  AdjustmentPriors& priors = adjustment_->priors;
+  set_priors_of_navigation();
   Globals::Vector& g = priors.globals;
   g.setZero();
   g.segment<3>(Globals::kMount)
@@ -254,13 +289,12 @@ void Aligner::set_priors() {
   priors.delay_s = flight_.delay_s ? 0.05 : kDelayUnknownSigma_s;
   priors.jitter_s = 0.0;
   if (!delayed_) return;
-  // Arrivals of a regular camera differ by its period and twice the jitter.
-  std::vector<double> steps, off;
-  for (std::size_t k = 1; k < received_s_.size(); ++k)
-    steps.push_back(received_s_[k] - received_s_[k - 1]);
-  const double period_s = median(steps);
-  for (const double s : steps) off.push_back(std::abs(s - period_s));
-  priors.jitter_s = std::clamp(median(off) / 0.6745 / std::sqrt(2.0), 1e-3, 0.2);
+  // How unevenly the frames of an even camera arrived.
+  const std::vector<double> even = even_times(received_s_);
+  std::vector<double> off;
+  for (std::size_t k = 0; k < even.size(); ++k)
+    if (adjustment_->frames[k].delayed) off.push_back(std::abs(received_s_[k] - even[k]));
+  priors.jitter_s = std::clamp(1.2 * median(off) / 0.6745, 1e-3, 0.2);
 }
 
 Result<Aligner::Loaded> Aligner::load(std::size_t k) const {
@@ -293,20 +327,56 @@ std::optional<Eigen::Matrix3d> Aligner::expected(int from, int to) const {
   return matrix_ * *h * matrix_.inverse();
 }
 
-std::optional<Tie> Aligner::tie(const Eigen::Vector2d& host_px, const Eigen::Vector2d& px) const {
+std::optional<Tie> Aligner::tie(const Eigen::Vector2d& host_px, const Eigen::Vector2d& px,
+                                const Eigen::Matrix2d& covariance_px2) const {
   const auto h = flight_.camera.direction({host_px.x(), host_px.y()});
   const auto f = flight_.camera.direction({px.x(), px.y()});
   if (!h || !f || !(h->v.z() > 0.05) || !(f->v.z() > 0.05)) return std::nullopt;
   Tie t;
   t.host = h->v.hnormalized();
   t.frame = f->v.hnormalized();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance_px2);
+  t.whiten = axes.eigenvectors() *
+             axes.eigenvalues().cwiseMax(1e-6).cwiseSqrt().cwiseInverse().asDiagonal() *
+             axes.eigenvectors().transpose();
   const double rows = flight_.camera.height_px();
   t.host_row = (host_px.y() + 0.5) / rows - 0.5;
   t.frame_row = (px.y() + 0.5) / rows - 0.5;
   return t;
 }
 
-Status Aligner::track() {
+/// Of pixels of a frame by pixels of a host, around a host's pixel: lens, sea plane, lens.
+Eigen::Matrix2d Aligner::step_between(const Eigen::Matrix3d& plane,
+                                      const Eigen::Vector2d& host_px) const {
+  const auto d = flight_.camera.direction({host_px.x(), host_px.y()});
+  if (!d || !(d->v.z() > 0.05)) return Eigen::Matrix2d::Identity();
+  const auto slope = [&](const Eigen::Vector2d& m) {
+    constexpr double kStep = 1e-4;
+    Eigen::Matrix2d j = focal_step_ * Eigen::Matrix2d::Identity();
+    for (int k = 0; k < 2; ++k) {
+      Eigen::Vector2d a = m, b = m;
+      a[k] -= kStep;
+      b[k] += kStep;
+      const auto p = flight_.camera.project(Vector<Camera>{a.homogeneous()});
+      const auto q = flight_.camera.project(Vector<Camera>{b.homogeneous()});
+      if (p && q) j.col(k) = Eigen::Vector2d(q->u - p->u, q->v - p->v) / (2 * kStep);
+    }
+    return j;
+  };
+  const Eigen::Vector2d m = d->v.hnormalized();
+  const Eigen::Vector3d q = plane * m.homogeneous();
+  if (!(q.z() > 0)) return Eigen::Matrix2d::Identity();
+  Eigen::Matrix2d by_plane;
+  for (int k = 0; k < 2; ++k)
+    by_plane.col(k) = (plane.col(k).head<2>() - q.hnormalized() * plane(2, k)) / q.z();
+  return slope(q.hnormalized()) * by_plane * slope(m).inverse();
+}
+
+Status Aligner::track(std::size_t most) {
+  adjustment_->groups.clear();
+  out_.sightings = 0;
+  out_.tracking_s = 0.0;
+
   WATERSKY_TRY(const auto registrar, make_registrar(RegistrationMethod::Klt));
   const AlignParameters& p = options_.parameters;
   TrackerOptions tracker_options;
@@ -316,7 +386,7 @@ Status Aligner::track() {
   std::map<std::pair<int, int>, std::size_t> group_of;
   std::vector<int> keyframes;
   std::map<std::string, int> lost;
-  const std::size_t n = of_.size();
+  const std::size_t n = std::min(most, of_.size());
   std::deque<std::future<Result<Loaded>>> ahead;
   const std::size_t window = static_cast<std::size_t>(std::max(1, options_.threads)) + 1;
   std::size_t next = 0;
@@ -330,17 +400,29 @@ Status Aligner::track() {
     ahead.pop_front();
     if (!image) continue;  // mapping meets it again and says so
     const int frame = static_cast<int>(k);
+    reduction_ = std::max(1, (std::max(flight_.camera.width_px(), flight_.camera.height_px()) +
+                              tracker_options.longest_side_px - 1) /
+                                 tracker_options.longest_side_px);
     const double started = now_s();
-    const auto step =
-        tracker.add(frame, adjustment_->frames[k].base_s, image->gray, image->reduction,
-                    valid_for(image->gray), before < 0 ? std::nullopt : expected(before, frame));
+    std::map<int, Eigen::Matrix3d> plane;
+    const auto local_map = [&](int host, const Eigen::Vector2d& px) {
+      auto found = plane.find(host);
+      if (found == plane.end()) {
+        const auto h = plane_homography(adjustment_->camera(host), adjustment_->camera(frame));
+        found = plane.emplace(host, h.value_or(Eigen::Matrix3d::Identity())).first;
+      }
+      return step_between(found->second, px);
+    };
+    const auto step = tracker.add(frame, adjustment_->frames[k].base_s, image->gray,
+                                  image->reduction, valid_for(image->gray),
+                                  before < 0 ? std::nullopt : expected(before, frame), local_map);
     out_.tracking_s += now_s() - started;
     before = frame;
     if (!step) continue;
     if (step->keyframe) keyframes.push_back(frame);
     if (!step->lost.empty()) ++lost[step->lost];
     for (const Sighting& s : step->sightings) {
-      auto made = tie(s.host_px, s.px);
+      auto made = tie(s.host_px, s.px, s.covariance_px2);
       if (!made) continue;
       made->held_out = s.track % kHeldOut == kHeldOut - 1;
       const auto [found, is_new] =
@@ -456,9 +538,100 @@ void Aligner::find_start() {
   adjustment_->reset();
 }
 
+/// Where the recording does not say how good its poses are, several ideas of it are tried: exact
+/// poses under uneven times look like bad poses under even ones, and small steps from one idea
+/// do not lead to the other.
+void Aligner::choose_navigation_sigma() {
+  const PoseSigma& said = navigation_->typical_sigma();
+  const bool known =
+      said.position_north_east_down_m.norm() > 0 && said.roll_pitch_yaw_rad.norm() > 0;
+  const Snapshot start = snapshot();
+  double best = -std::numeric_limits<double>::infinity();
+  Snapshot best_found = start;
+  for (const double scale : {1.0, 0.2, 0.03}) {
+    if (known && scale != 1.0) continue;
+    restore(start);
+    adjustment_->priors.knot *= scale;
+    solve(false);
+    find_regular_clock();
+    const double evidence = adjustment_->log_evidence();
+    if (evidence > best) {
+      best = evidence;
+      best_found = snapshot();
+    }
+  }
+  restore(best_found);
+}
+
+/// A camera runs evenly even where nothing counts its frames. Once the images have told when most
+/// frames were taken, the grid they lie on tells it of all, and better.
+void Aligner::find_regular_clock() {
+  auto& a = *adjustment_;
+  if (!delayed_ || !(a.priors.jitter_s > 0.0)) return;
+  for (const AdjustedFrame& f : a.frames)
+    if (!f.delayed || f.own) return;
+  const auto known = a.knowledge();
+  if (!known) return;
+  std::vector<double> estimated, sigma;
+  double mean_s = 0.0;
+  for (const double d : a.state.delay_s) mean_s += d / static_cast<double>(a.state.delay_s.size());
+  for (std::size_t k = 0; k < a.frames.size(); ++k) {
+    estimated.push_back(a.time_s(static_cast<int>(k), a.state));
+    // What was not told by images has kept the sigma it began with.
+    const double s = known->jitter_sigma_s[k];
+    sigma.push_back(s < 0.5 * a.priors.jitter_s ? s : std::numeric_limits<double>::infinity());
+  }
+  const auto slots = find_slots(estimated, sigma);
+  if (!slots) return;
+  const Snapshot before = snapshot();
+  const double evidence_before = a.log_evidence();
+  for (std::size_t k = 0; k < a.frames.size(); ++k)
+    a.frames[k].base_s =
+        slots->clock.start_s + slots->clock.period_s * static_cast<double>(slots->slot[k]) + mean_s;
+  set_knots(keyframes_);
+  a.delay_start_s = mean_s;
+  if (a.knot_times_s.size() == before.state.knots.size() &&
+      a.delay_knot_times_s.size() == before.state.delay_s.size()) {
+    a.state = before.state;
+    std::fill(a.state.delay_s.begin(), a.state.delay_s.end(), mean_s);
+    std::fill(a.state.jitter_s.begin(), a.state.jitter_s.end(), 0.0);
+  } else {
+    a.reset();
+  }
+  a.priors.jitter_s = 0.0;
+  // On a grid the delay is one number: what wandered is in the arrivals.
+  a.priors.delay_walk_s = std::min(a.priors.delay_walk_s, 1e-4);
+  solve(false);
+  if (a.log_evidence() > evidence_before) {
+    clock_note_ = text(
+        "The frames were taken every %.3f ms (no counter says so; their images do, to %.1f ms): "
+        "%.0f ms of jitter in their arrivals was taken out.",
+        1e3 * slots->clock.period_s, 1e3 * slots->residual_s, 1e3 * jitter_seen_s_);
+    return;
+  }
+  restore(before);
+}
+
+Aligner::Snapshot Aligner::snapshot() const {
+  const Adjustment& a = *adjustment_;
+  return {a.frames, a.knot_times_s,  a.delay_knot_times_s, a.priors,
+          a.state,  a.delay_start_s, clock_note_};
+}
+
+void Aligner::restore(const Snapshot& s) {
+  Adjustment& a = *adjustment_;
+  a.frames = s.frames;
+  a.knot_times_s = s.knot_times_s;
+  a.delay_knot_times_s = s.delay_knot_times_s;
+  a.priors = s.priors;
+  a.state = s.state;
+  a.delay_start_s = s.delay_start_s;
+  clock_note_ = s.clock_note;
+}
+
 void Aligner::solve(bool variances) {
   AdjustmentOptions o;
-  o.rounds = variances ? 4 : 2;
+  o.rounds = 4;
   o.estimate_variances = variances;
   o.threads = options_.threads;
   const double started = now_s();
@@ -544,10 +717,12 @@ void Aligner::revisit() {
     const auto found = find_again(a_kept.gray, b->gray, a_kept.reduction, *b_from_a, reach_px,
                                   registrar, kRevisitPoints);
     out_.tracking_s += now_s() - started;
+    const Eigen::Matrix2d revisit_covariance =
+        Eigen::Matrix2d::Identity() * std::pow(kRevisit_px * b->reduction, 2);
     TieGroup group{pair.a, pair.b, true, {}};
     int at = 0;
     for (const PixelPair& p : found)
-      if (auto made_tie = tie(p.a, p.b)) {
+      if (auto made_tie = tie(p.a, p.b, revisit_covariance)) {
         made_tie->held_out = at++ % kHeldOut == kHeldOut - 1;
         group.ties.push_back(*made_tie);
       }
@@ -561,7 +736,8 @@ TieStatistics Aligner::judge(const AdjustmentState& s) const {
   std::vector<double> metres, pixels;
   for (const TieGroup& g : adjustment_->groups)
     for (const Tie& t : g.ties) {
-      if (!t.held_out) continue;
+      if (!t.held_out || t.whiten.determinant() < 1.0 / std::pow(kJudge_px * reduction_, 2))
+        continue;
       const auto m = adjustment_->disagreement_m(g, t, s);
       const auto r = adjustment_->residual_px(g, t, s);
       if (!m || !r) continue;
@@ -573,7 +749,7 @@ TieStatistics Aligner::judge(const AdjustmentState& s) const {
 
 void Aligner::finish() {
   auto& a = *adjustment_;
-  out_.pixel_sigma = a.priors.pixel;
+  if (!clock_note_.empty()) out_.notes.push_back(clock_note_);
   const AdjustmentState full = a.state;
   double mean_delay_s = 0.0;
   for (const double d : full.delay_s) mean_delay_s += d / static_cast<double>(full.delay_s.size());
@@ -582,6 +758,7 @@ void Aligner::finish() {
   out_.as_given = judge(given);
   out_.constant_delay = delayed_ ? judge(constant) : out_.as_given;
   out_.after = judge(full);
+  out_.pixel_sigma = out_.after.median_px / 1.1774;
   out_.method = AlignMethod::Full;
   const double best = std::min(out_.as_given.median_m, out_.constant_delay.median_m);
   if (out_.after.ties < 10) {
@@ -771,15 +948,55 @@ Result<Alignment> Aligner::run() {
   adjustment_->knot_times_s = {0.0};
   adjustment_->delay_start_s = flight_.delay_s.value_or(0.2);
   if (delayed_) adjustment_->delay_knot_times_s = {0.0};
+  // Tracking asks where the next frame should be: by even times, or jitter would point elsewhere.
+  // A camera runs evenly whatever its arrivals do.
+  if (delayed_ && adjustment_->priors.jitter_s > 0.0) {
+    std::vector<double> bases;
+    for (const AdjustedFrame& f : adjustment_->frames) bases.push_back(f.base_s);
+    const std::vector<double> even = even_times(bases);
+    for (std::size_t k = 0; k < even.size(); ++k)
+      if (adjustment_->frames[k].delayed) adjustment_->frames[k].base_s = even[k];
+    jitter_seen_s_ = adjustment_->priors.jitter_s;
+    adjustment_->priors.jitter_s *= kLeftAfterEvening;
+  }
   adjustment_->reset();
-  WATERSKY_CHECK(track());
+  // Where windows lie in a frame, and how they are turned, is told by the poses: those of a delay
+  // that is a tenth of a second off would draw them aside. So a first look is for the delay alone.
+  if (delayed_ && !flight_.delay_s) {
+    WATERSKY_CHECK(track(kFirstLook));
+    find_start();
+    out_.method_reason.clear();
+    const double delay_s = adjustment_->delay_start_s;
+    adjustment_->knot_times_s = {0.0};
+    adjustment_->delay_knot_times_s = {0.0};
+    for (AdjustedFrame& f : adjustment_->frames) f.knot = 0, f.weight = 0.0;
+    adjustment_->reset();
+    adjustment_->state.delay_s = {delay_s};
+  }
+  WATERSKY_CHECK(track(of_.size()));
   find_start();
   if (!adjustment_->groups.empty()) {
     report(progress_, "adjusting", 0, 3);
+    choose_navigation_sigma();
+    if (delayed_) {
+      // Now that time is known windows can be laid right.
+      const AdjustmentState told = adjustment_->state;
+      WATERSKY_CHECK(track(of_.size()));
+      adjustment_->reset();
+      adjustment_->state.globals = told.globals;
+      adjustment_->state.jitter_s = told.jitter_s;
+      for (double& d : adjustment_->state.delay_s)
+        d = std::accumulate(told.delay_s.begin(), told.delay_s.end(), 0.0) /
+            static_cast<double>(told.delay_s.size());
+      set_priors_of_navigation();
+      choose_navigation_sigma();
+    }
     solve(true);
+    find_regular_clock();
     report(progress_, "adjusting", 1, 3);
     revisit();
     if (out_.revisits > 0) solve(true);
+    find_regular_clock();
     report(progress_, "adjusting", 2, 3);
     freeze_unobserved();
     adjustment_->solve_frames();

@@ -24,31 +24,13 @@ Eigen::Vector2d moved(double north, double east, double azimuth, double curvatur
 
 }  // namespace
 
-BandLimitedNoise::BandLimitedNoise(std::uint64_t seed, double sigma, double band_hz) {
-  if (sigma == 0.0) return;
-  constexpr int kWaves = 24;
-  Random random(seed);
-  double power = 0.0;
-  for (int i = 0; i < kWaves; ++i) {
-    // One frequency from each part of the band; slower motion is stronger, as in turbulence.
-    const double f = band_hz * (i + random.uniform(0.1, 0.9)) / kWaves;
-    const double amplitude = std::pow(0.15 * band_hz + f, -5.0 / 6.0);
-    power += 0.5 * amplitude * amplitude;
-    waves_.push_back(
-        {amplitude, 2.0 * std::numbers::pi * f, random.uniform(0.0, 2.0 * std::numbers::pi)});
-  }
-  for (Wave& wave : waves_) wave.amplitude *= sigma / std::sqrt(power);
-}
-
-double BandLimitedNoise::at(double t_s) const {
-  double sum = 0.0;
-  for (const Wave& wave : waves_) sum += wave.amplitude * std::sin(wave.rad_s * t_s + wave.phase);
-  return sum;
-}
-
 Result<Aircraft> Aircraft::make(const AircraftParameters& parameters, std::uint64_t seed) {
   WATERSKY_CHECK(validate(parameters));
   Aircraft aircraft(parameters, seed);
+  if (parameters.hover.hovers) {
+    WATERSKY_TRY(aircraft.hover_, Hover::make(parameters.hover, mix(seed, 6)));
+    return aircraft;
+  }
   if (aircraft.bank(1.0 / parameters.turn_radius_m) > kSteepestBank_rad)
     return Error{ErrorCode::Usage,
                  "at speed_m_s the turns would need more than 70 deg of bank; raise turn_radius_m"};
@@ -112,10 +94,12 @@ double Aircraft::bank_integral(double along_m) const {
 }
 
 double Aircraft::duration_s() const {
+  if (hover_) return hover_->duration_s();
   return (segments_.back().start_m + segments_.back().length_m) / p_.speed_m_s;
 }
 
 AircraftState Aircraft::at(double t_s) const {
+  if (hover_) return hover_->at(t_s);
   const double s = t_s * p_.speed_m_s;
   const Segment& segment = segment_at(s);
   const double into = s - segment.start_m;

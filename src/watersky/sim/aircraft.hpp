@@ -2,14 +2,19 @@
 #pragma once
 /// A virtual aircraft: where it is and how it lies at any moment, in closed form.
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "watersky/base/parameters.hpp"
 #include "watersky/base/result.hpp"
+#include "watersky/sim/band_limited_noise.hpp"
+#include "watersky/sim/hover.hpp"
 
 namespace watersky::sim {
 
+/// Legs of a survey, or a multirotor over one place.
 struct AircraftParameters {
+  HoverParameters hover;
   int legs = 6;
   double leg_length_m = 330.0;
   double leg_spacing_m = 50.0;
@@ -30,6 +35,7 @@ struct AircraftParameters {
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
+    HoverParameters::describe(self.hover, visit);
     visit(self.legs, ParameterInfo{"legs", "1", "parallel legs of the survey", 1, 1000});
     visit(self.leg_length_m, ParameterInfo{"leg_length_m", "m", "length of a leg", 1, 100000});
     visit(self.leg_spacing_m,
@@ -73,31 +79,10 @@ struct AircraftParameters {
   }
 };
 
-/// A sum of sinusoids of random phase: noise of known sigma and band with all derivatives.
-class BandLimitedNoise {
- public:
-  BandLimitedNoise(std::uint64_t seed, double sigma, double band_hz);
-  [[nodiscard]] double at(double t_s) const;
-
- private:
-  struct Wave {
-    double amplitude, rad_s, phase;
-  };
-  std::vector<Wave> waves_;
-};
-
-/// Where the aircraft is, relative to the scene's anchor and the sea, and its attitude relative
-/// to north, east, down where it is.
-struct AircraftState {
-  double north_m = 0.0, east_m = 0.0, height_m = 0.0;
-  double yaw_rad = 0.0, pitch_rad = 0.0, roll_rad = 0.0;
-  double course_rad = 0.0;  ///< of the track, without gusts: where a gimbal takes its heading
-  bool on_leg = false;
-};
-
 /// Flies legs joined by turns to the right and left in turn: quarter circles with a straight
 /// between them, or, where the legs lie closer than twice the turn radius, a bulb of three arcs.
-/// Roll in turns is that of coordinated flight, rolled in over a second.
+/// Roll in turns is that of coordinated flight, rolled in over a second. With hover.hovers it is
+/// a Hover instead, all of it one leg.
 class Aircraft {
  public:
   /// Usage for a parameter out of its range or a turn that would need more than 70° of bank.
@@ -123,6 +108,7 @@ class Aircraft {
   [[nodiscard]] double bank_integral(double along_m) const;
 
   AircraftParameters p_;
+  std::optional<Hover> hover_;
   std::vector<Segment> segments_;
   BandLimitedNoise roll_, pitch_, yaw_, up_, aside_;
 };

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "watersky/sim/detail/earth.hpp"
@@ -18,7 +19,7 @@ namespace {
 constexpr int kTextureCells = 1024;
 constexpr double kFineCell_m = 0.12;
 constexpr double kCoarseCell_m = 0.97;   ///< no small multiple of the other: no visible period
-constexpr int kPeriods = 1000;           ///< to 120 km from the anchor, more than a ray reaches
+constexpr int kPeriods = 1000;           ///< to a million grains from the anchor
 constexpr double kFarthest_m = 30000.0;  ///< beyond it a ray counts as sky
 
 /// Water and ice in a visible image, blue, green, red, relative to the level and to the contrast.
@@ -53,12 +54,20 @@ Result<Renderer> Renderer::make(const Sea& sea, const LensParameters& lens,
   WATERSKY_CHECK(validate(sensor));
   if (sensor.bits != 8 && sensor.bits != 16)
     return Error{ErrorCode::Usage, "bits must be 8 or 16, is " + std::to_string(sensor.bits)};
+  if (sensor.bits == 16 && sensor.jpeg_quality > 0)
+    return Error{ErrorCode::Usage, "images of 16 bits cannot be JPEG; set jpeg_quality to 0"};
   return Renderer(sea, lens, sensor, seed, drift);
 }
 
 Renderer::Renderer(const Sea& sea, const LensParameters& lens, const SensorParameters& sensor,
                    std::uint64_t seed, const Eigen::Vector2d& drift)
-    : sea_(sea), lens_(lens), sensor_(sensor), seed_(seed), drift_(drift) {
+    : sea_(sea),
+      lens_(lens),
+      sensor_(sensor),
+      seed_(seed),
+      drift_(drift),
+      fine_cells_per_m_(1.0 / sensor.texture_cell_m),
+      coarse_cells_per_m_(1.0 / (kCoarseCell_m * (sensor.texture_cell_m / kFineCell_m))) {
   const SeaSurface surface(sea.anchor());
   half_curvature_north_ = surface.half_curvature_north();
   half_curvature_east_ = surface.half_curvature_east();
@@ -133,7 +142,7 @@ float Renderer::texture(double north, double east, unsigned offset) const {
     return (1 - ay) * ((1 - ax) * top[c0] + ax * top[c1]) +
            ay * ((1 - ax) * bottom[c0] + ax * bottom[c1]);
   };
-  return 0.70711F * (sample(1.0 / kFineCell_m, offset) + sample(1.0 / kCoarseCell_m, offset + 397));
+  return 0.70711F * (sample(fine_cells_per_m_, offset) + sample(coarse_cells_per_m_, offset + 397));
 }
 
 void Renderer::trace_row(const ScenePose& pose, double t_s, int v, float weight,
@@ -290,6 +299,11 @@ cv::Mat Renderer::image(const ScenePoseAt& pose, double t_s, std::uint64_t frame
   cv::Mat image;
   cv::merge(planes, image);
   if (!dark_.empty()) image.setTo(cv::Scalar::all(0), dark_);
+  if (sensor_.jpeg_quality > 0) {
+    std::vector<unsigned char> bytes;
+    cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, sensor_.jpeg_quality});
+    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  }
   return image;
 }
 

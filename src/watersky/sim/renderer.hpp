@@ -5,8 +5,8 @@
 /// Each pixel is `supersampling`² rays in a turned grid, as many again for each instant that a
 /// moving camera's exposure is divided into. A ray meets the curved sea surface, finds ice or water
 /// there without any raster in between, and carries their brightness through the fog. The lens's
-/// blur acts on the rays, then the pixel averages, then come vignetting, fixed pattern, noise and
-/// quantisation.
+/// blur acts on the rays, then the pixel averages, then come vignetting, fixed pattern, noise,
+/// quantisation and compression.
 #include <Eigen/Core>
 #include <functional>
 #include <opencv2/core/mat.hpp>
@@ -38,6 +38,8 @@ struct SensorParameters {
   double exposure_s = 0.004;
   double readout_s = 0.0;
   int supersampling = 2;
+  double texture_cell_m = 0.12;
+  int jpeg_quality = 0;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -82,6 +84,15 @@ struct SensorParameters {
                         "rolling shutter, first row to last; 0 exposes all rows at once", 0, 10});
     visit(self.supersampling,
           ParameterInfo{"supersampling", "1", "rays along a pixel's edge", 1, 8});
+    visit(self.texture_cell_m,
+          ParameterInfo{"texture_cell_m", "m",
+                        "size of the texture's grain; good for a million of them around the "
+                        "scene's anchor",
+                        0.001, 10});
+    visit(self.jpeg_quality,
+          ParameterInfo{"jpeg_quality", "1",
+                        "images are compressed with this quality, as a video link does; 0: not", 0,
+                        100});
   }
 };
 
@@ -97,8 +108,9 @@ using ScenePoseAt = std::function<ScenePose(double t_s)>;
 /// Const and thread-safe once made.
 class Renderer {
  public:
-  /// Usage for a parameter out of its range or a bit depth that is neither 8 nor 16. The ice
-  /// moves over the ground with `drift_north_east_m_s`, and is where `sea` has it at second 0.
+  /// Usage for a parameter out of its range, a bit depth that is neither 8 nor 16, or 16 bit
+  /// compressed as JPEG. The ice moves over the ground with `drift_north_east_m_s`, and is where
+  /// `sea` has it at second 0.
   [[nodiscard]] static Result<Renderer> make(const Sea& sea, const LensParameters& lens,
                                              const SensorParameters& sensor, std::uint64_t seed,
                                              const Eigen::Vector2d& drift_north_east_m_s);
@@ -128,6 +140,7 @@ class Renderer {
   std::uint64_t seed_;
   Eigen::Vector2d drift_;
   double half_curvature_north_, half_curvature_east_;
+  double fine_cells_per_m_, coarse_cells_per_m_;  ///< of the texture
   std::vector<Ray> directions_;   ///< unit, with a border of one pixel; NaN where the lens is dark
   std::vector<float> ice_level_;  ///< of each object, 1 on average over the ice's area
   cv::Mat texture_;               ///< CV_32F, periodic, zero mean, unit variance

@@ -28,9 +28,10 @@ struct Sea::Geometry {
 namespace {
 
 /// An index cell of half a metre holds few edges; a large scene gets larger cells, 16 million at
-/// most.
+/// most, a room smaller ones.
 double index_cell_m(const Sea::Extent& extent) {
-  return std::max(0.5, std::sqrt(extent.north_m * extent.east_m) / 4096.0);
+  const double edge_m = std::sqrt(extent.north_m * extent.east_m);
+  return std::max(std::min(0.5, edge_m / 128.0), edge_m / 4096.0);
 }
 
 void finish(IceObject& object) {

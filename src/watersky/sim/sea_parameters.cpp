@@ -11,6 +11,7 @@
 #include <string>
 
 #include "watersky/sim/detail/random.hpp"
+#include "watersky/sim/laboratory.hpp"
 
 namespace watersky::sim {
 namespace {
@@ -193,6 +194,7 @@ std::string percent(double share) { return std::to_string(std::lround(100.0 * sh
 
 Result<Sea> make_sea(const SeaParameters& p) {
   WATERSKY_CHECK(validate(p));
+  if (p.paper_patches) return laboratory_sea(p.sea_seed, p.paper_azimuth_deg);
   if (p.floe_min_m > p.floe_max_m || p.isolated_min_m > p.isolated_max_m)
     return Error{ErrorCode::Usage,
                  "the smallest ice is larger than the largest: check floe_min_m, "

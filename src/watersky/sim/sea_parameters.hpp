@@ -11,8 +11,12 @@ namespace watersky::sim {
 
 /// Floes have N(> d) ~ d^-floe_exponent within their range of sizes, d the diameter of the disc
 /// of equal area; isolated objects likewise. No two pieces of ice touch.
+/// With paper_patches it is the floor of the thesis's laboratory instead (laboratory.hpp), and only
+/// sea_seed and paper_azimuth_deg count.
 struct SeaParameters {
   int sea_seed = 1;
+  bool paper_patches = false;
+  double paper_azimuth_deg = 0.0;
   double extent_north_m = 420.0;
   double extent_east_m = 360.0;
   double concentration = 0.45;
@@ -32,6 +36,12 @@ struct SeaParameters {
   static void describe(Self& self, Visitor&& visit) {
     visit(self.sea_seed,
           ParameterInfo{"sea_seed", "1", "another number is another sea", 0, 2147483647});
+    visit(self.paper_patches,
+          ParameterInfo{"paper_patches", "1",
+                        "the eight paper patches of the thesis's laboratory, not ice"});
+    visit(self.paper_azimuth_deg,
+          ParameterInfo{"paper_azimuth_deg", "deg",
+                        "direction of the laboratory's x axis, clockwise from north", -360, 360});
     visit(self.extent_north_m,
           ParameterInfo{"extent_north_m", "m", "size of the scene from south to north", 10, 20000});
     visit(self.extent_east_m,

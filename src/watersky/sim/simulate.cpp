@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "watersky/sim/detail/image_link.hpp"
 #include "watersky/sim/detail/motion.hpp"
 #include "watersky/sim/detail/random.hpp"
 
@@ -23,27 +24,10 @@ constexpr std::int64_t kStart_s = 1775044800;
 /// Poses before the first frame and after the last, so that all are bracketed.
 constexpr double kMargin_s = 2.0;
 
-/// An error that forgets itself with a time constant (first-order Gauss-Markov), of sigma 1.
-class Wandering {
- public:
-  Wandering(Random& random, double step_s, double correlation_s)
-      : random_(&random),
-        keep_(correlation_s > 0.0 ? std::exp(-step_s / correlation_s) : 0.0),
-        value_(random.normal()) {}
-  double next() {
-    const double now = value_;
-    value_ = keep_ * value_ + std::sqrt(1.0 - keep_ * keep_) * random_->normal();
-    return now;
-  }
-
- private:
-  Random* random_;
-  double keep_, value_;
-};
-
 struct DatumAxes {
-  explicit DatumAxes(const Geodetic& datum)
-      : axes(north_east_down(datum)), origin(earth_centred(datum)) {}
+  explicit DatumAxes(const Datum& datum)
+      : axes(north_east_down(datum.origin()) * turned(datum.x_azimuth().radians(), 0.0, 0.0)),
+        origin(earth_centred(datum.origin())) {}
   Eigen::Matrix3d axes;
   Eigen::Vector3d origin;
 
@@ -104,12 +88,14 @@ Result<Trajectory> recorded_poses(const Scenario& scenario, const Motion& motion
   const NavigationParameters& nav = scenario.navigation;
   Random random(static_cast<std::uint64_t>(scenario.seed), Stream::Navigation);
   const double step_s = 1.0 / nav.pose_rate_hz;
+  const double attitude_correlation_s =
+      nav.nav_attitude_correlation_s < 0.0 ? nav.nav_correlation_s : nav.nav_attitude_correlation_s;
   std::array<Wandering, 6> errors{Wandering(random, step_s, nav.nav_correlation_s),
                                   Wandering(random, step_s, nav.nav_correlation_s),
                                   Wandering(random, step_s, nav.nav_correlation_s),
-                                  Wandering(random, step_s, nav.nav_correlation_s),
-                                  Wandering(random, step_s, nav.nav_correlation_s),
-                                  Wandering(random, step_s, nav.nav_correlation_s)};
+                                  Wandering(random, step_s, attitude_correlation_s),
+                                  Wandering(random, step_s, attitude_correlation_s),
+                                  Wandering(random, step_s, attitude_correlation_s)};
   const double attitude_sigma = nav.nav_attitude_sigma_deg * kDegree;
   std::vector<StampedPose> poses;
   const auto count = static_cast<std::size_t>(std::ceil((to_s - from_s) / step_s)) + 1;
@@ -128,8 +114,9 @@ Result<Trajectory> recorded_poses(const Scenario& scenario, const Motion& motion
           Rigid3<World, Body>(pose.world_from_body.rotation() *
                                   Eigen::Quaterniond(turned(turn.z(), turn.y(), turn.x())),
                               Point<World>{pose.world_from_body.origin().v + place});
-      pose.sigma = PoseSigma{Eigen::Vector3d::Constant(nav.nav_position_sigma_m),
-                             Eigen::Vector3d::Constant(attitude_sigma)};
+      if (nav.nav_sigmas_recorded)
+        pose.sigma = PoseSigma{Eigen::Vector3d::Constant(nav.nav_position_sigma_m),
+                               Eigen::Vector3d::Constant(attitude_sigma)};
     }
     poses.push_back(pose);
   }
@@ -151,13 +138,19 @@ Result<RotationTrack> recorded_gimbal(const Scenario& scenario, const Motion& mo
 }  // namespace
 
 Point<World> Truth::world(const Eigen::Vector2d& north_east_m) const {
-  const DatumAxes axes(datum.origin());
+  const DatumAxes axes(datum);
   const Eigen::Vector3d p = SeaSurface(sea.anchor()).above(north_east_m.x(), north_east_m.y(), 0.0);
   return {axes.axes.transpose() * (p - axes.origin)};
 }
 
 Eigen::Vector2d Truth::drifted(const Eigen::Vector2d& north_east_m, Time time) const {
   return north_east_m + to_seconds(time - start) * drift_north_east_m_s;
+}
+
+Eigen::Vector3d Truth::mean_navigation_error_m() const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const TrueFrame& frame : frames) sum += frame.navigation_error_m;
+  return frames.empty() ? sum : sum / static_cast<double>(frames.size());
 }
 
 Result<Simulation> simulate(const Scenario& scenario) {
@@ -170,10 +163,11 @@ Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
   const Geodetic datum_place{Angle::degrees(scenario.datum_lat_deg),
                              Angle::degrees(scenario.datum_lon_deg),
                              scenario.datum_height_ellipsoid_m};
-  const DatumAxes datum(datum_place);
-  Geodetic anchor =
-      geodetic_of(datum.origin +
-                  datum.axes * Eigen::Vector3d(scenario.scene_north_m, scenario.scene_east_m, 0.0));
+  const Datum world(datum_place, Angle::degrees(scenario.datum_x_azimuth_deg));
+  const DatumAxes datum(world);
+  Geodetic anchor = geodetic_of(
+      datum.origin + north_east_down(datum_place) *
+                         Eigen::Vector3d(scenario.scene_north_m, scenario.scene_east_m, 0.0));
   anchor.height_ellipsoid_m = scenario.sea_height_ellipsoid_m;
   const Sea sea = unplaced.at(anchor);
 
@@ -188,10 +182,12 @@ Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
       Studio{std::move(renderer), Motion(scenario, aircraft, anchor)});
   const Motion& motion = studio->motion;
 
-  Flight flight("simulation", Datum(datum_place), std::move(model));
-  Truth truth{sea, flight.datum, at_second(0.0), drift, {}};
+  Flight flight("simulation", world, std::move(model));
+  Truth truth{sea, flight.datum, at_second(0.0), drift, {}, {}};
+  truth.mount.rotation = Eigen::Quaterniond(motion.mount());
+  truth.mount.lever_arm_m = motion.lever_arm_m();
   flight.calibration = {"the simulated camera's own numbers", 0.0};
-  flight.mount.rotation = Eigen::Quaterniond(motion.mount());
+  flight.mount.rotation = Eigen::Quaterniond(nominal_mount(scenario.camera));
   flight.mount.lever_arm_m = {scenario.camera.mount_x_m, scenario.camera.mount_y_m,
                               scenario.camera.mount_z_m};
   flight.readout_s = scenario.sensor.readout_s;
@@ -203,24 +199,27 @@ Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
 
   const CameraSetup& camera = scenario.camera;
   Random clock(seed, Stream::Clock);
+  ImageLink link(camera, seed);
   const double period_s = 1.0 / camera.frame_rate_hz, duration_s = aircraft.duration_s();
   double t = clock.uniform(0.0, std::min(period_s, 0.5 * duration_s));
   for (std::uint64_t counter = 0; t <= duration_s; t += period_s, ++counter) {
-    const double jitter_s = std::abs(camera.arrival_jitter_s * clock.normal());
-    if (!camera.images_in_turns && !aircraft.at(t).on_leg) continue;
+    const ImageLink::Passage passage = link.pass(t, clock.normal());
+    if (passage.lost || (!camera.images_in_turns && !aircraft.at(t).on_leg)) continue;
     ImageFrame frame;
     char name[32];
     std::snprintf(name, sizeof name, "frame_%05u.png", static_cast<unsigned>(counter));
     frame.name = name;
     const Time captured = at_second(t);
     if (camera.capture_recorded) frame.captured_at = captured;
-    frame.received_at = captured + seconds(camera.arrival_delay_s + jitter_s);
-    frame.counter = counter;
+    frame.received_at = captured + seconds(passage.delay_s);
+    if (camera.counter_recorded) frame.counter = counter;
     // The time as it is stored, to the nanosecond, is also the time at which it is rendered.
-    frame.load = loader(studio, to_seconds(captured - truth.start), counter);
+    const double stored_s = to_seconds(captured - truth.start);
+    frame.load = loader(studio, stored_s, counter);
     flight.frames.push_back(std::move(frame));
-    truth.frames.push_back(
-        {captured, datum.world_from<Camera>(motion.camera(to_seconds(captured - truth.start)))});
+    truth.frames.push_back({captured, datum.world_from<Camera>(motion.camera(stored_s)),
+                            datum.world_from<Body>(motion.body(stored_s)),
+                            Eigen::Vector3d::Zero()});
   }
   if (flight.frames.empty())
     return Error{ErrorCode::Usage,
@@ -231,81 +230,19 @@ Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
   const double from_s = -kMargin_s - clock.uniform(0.0, 1.0 / scenario.navigation.pose_rate_hz);
   WATERSKY_TRY(flight.trajectory,
                recorded_poses(scenario, motion, datum, from_s, duration_s + kMargin_s));
+  for (TrueFrame& frame : truth.frames) {
+    const auto recorded = flight.trajectory.at(frame.captured_at, seconds(kMargin_s));
+    // A delay of the navigation longer than the margin leaves the first frames without a pose.
+    if (recorded)
+      frame.navigation_error_m =
+          recorded->world_from_body.origin().v - frame.world_from_body.origin().v;
+  }
   if (camera.gimbal != 0) {
     flight.gimbal_reference =
         camera.gimbal == 1 ? GimbalReference::Body : GimbalReference::NorthEastDown;
     WATERSKY_TRY(flight.gimbal, recorded_gimbal(scenario, motion, from_s, duration_s + kMargin_s));
   }
   return Simulation{std::move(flight), std::move(truth)};
-}
-
-std::vector<std::string_view> scenario_preset_names() {
-  return {"not_easy", "not_easy_oblique", "far", "fog", "gimbal", "visible"};
-}
-
-Result<Scenario> scenario_preset(std::string_view name) {
-  Scenario s;
-  s.lens.k1 = -0.28;
-  s.lens.k2 = 0.09;
-  s.lens.p1 = 0.0006;
-  s.lens.p2 = -0.0004;
-  s.lens.k3 = -0.01;
-  s.lens.centre_right_px = 4.3;
-  s.lens.centre_down_px = -2.8;
-  s.camera.mount_x_m = 0.3;
-  s.camera.mount_z_m = 0.1;
-  if (name == "not_easy") return s;
-  if (name == "not_easy_oblique") {
-    s.camera.mount_pitch_deg = -60.0;
-    return s;
-  }
-  if (name == "far") {
-    s.scene_north_m = 24000.0;
-    s.scene_east_m = 32000.0;
-    return s;
-  }
-  if (name == "fog") {
-    s.sensor.ice_darker = true;
-    s.sensor.bits = 16;
-    s.sensor.water_counts = 7400.0;
-    s.sensor.contrast_counts = 220.0;
-    s.sensor.noise_counts = 8.0;
-    s.sensor.pattern_counts = 3.0;
-    s.sensor.vignetting = 0.001;
-    s.sensor.fog_per_m = 0.012;
-    s.camera.mount_pitch_deg = -60.0;
-    return s;
-  }
-  if (name == "gimbal") {
-    s.camera.gimbal = 2;
-    s.camera.mount_pitch_deg = -70.0;
-    s.lens.fisheye = true;
-    s.lens.focal_px = 330.0;
-    s.lens.p1 = s.lens.p2 = 0.0;
-    s.lens.k1 = -0.02;
-    s.lens.k2 = 0.004;
-    s.lens.k3 = -0.001;
-    return s;
-  }
-  if (name == "visible") {
-    s.lens.width_px = 1600;
-    s.lens.height_px = 1200;
-    s.lens.focal_px = 1350.0;
-    s.sensor.color = true;
-    s.sensor.water_counts = 46.0;
-    s.sensor.contrast_counts = 150.0;
-    s.sensor.noise_counts = 3.0;
-    s.sensor.vignetting = 0.25;
-    s.sensor.water_texture = 0.025;
-    s.sensor.readout_s = 0.02;
-    s.sensor.exposure_s = 0.001;
-    return s;
-  }
-  std::string known;
-  for (const std::string_view preset : scenario_preset_names())
-    known += (known.empty() ? "" : ", ") + std::string(preset);
-  return Error{ErrorCode::NotFound,
-               "no scenario is called '" + std::string(name) + "'; there are " + known};
 }
 
 }  // namespace watersky::sim

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <random>
 
@@ -367,8 +368,8 @@ class TieCost final : public ceres::CostFunction {
     int row = 0;
     for (const Tie& tie : group_->ties) {
       if (tie.held_out) continue;
-      const double scale =
-          adjustment_->focal_px() / adjustment_->priors.pixel * std::sqrt(tie.robust);
+      const Eigen::Matrix2d scale =
+          adjustment_->focal_px() / adjustment_->priors.tie * std::sqrt(tie.robust) * tie.whiten;
       const auto t = transfer(host.camera.at_row(tie.host_row, adjustment_->readout_s()),
                               frame.camera.at_row(tie.frame_row, adjustment_->readout_s()),
                               tie.host, tie.frame, focal, drift, elapsed_s);
@@ -378,17 +379,21 @@ class TieCost final : public ceres::CostFunction {
         row += 2;
         continue;
       }
-      residuals[row] = scale * t->residual.x();
-      residuals[row + 1] = scale * t->residual.y();
+      const Eigen::Vector2d residual = scale * t->residual;
+      residuals[row] = residual.x();
+      residuals[row + 1] = residual.y();
       if (derive) {
         add(host, t->by_host, scale, row, jacobians);
         add(frame, t->by_frame, scale, row, jacobians);
-        if (double* j = jacobians[globals_])
+        if (double* j = jacobians[globals_]) {
+          const Eigen::Vector2d by_focal = scale * t->by_focal;
+          const Eigen::Matrix2d by_drift = scale * t->by_drift;
           for (int r = 0; r < 2; ++r) {
             double* line = j + (row + r) * Globals::kSize;
-            line[Globals::kFocal] += scale * t->by_focal[r];
-            for (int c = 0; c < 2; ++c) line[Globals::kDrift + c] += scale * t->by_drift(r, c);
+            line[Globals::kFocal] += by_focal[r];
+            for (int c = 0; c < 2; ++c) line[Globals::kDrift + c] += by_drift(r, c);
           }
+        }
       }
       row += 2;
     }
@@ -396,8 +401,8 @@ class TieCost final : public ceres::CostFunction {
   }
 
  private:
-  void add(const Adjustment::Evaluated& camera, const Matrix26& by, double scale, int row,
-           double** jacobians) const {
+  void add(const Adjustment::Evaluated& camera, const Matrix26& by, const Eigen::Matrix2d& scale,
+           int row, double** jacobians) const {
     for (int k = 0; k < camera.count; ++k) {
       const Adjustment::Slot& slot = camera.slots[static_cast<std::size_t>(k)];
       const auto at = static_cast<std::size_t>(
@@ -482,8 +487,8 @@ class Adjustment::Problem {
   Summary solve(const AdjustmentOptions& options) {
     ceres::Solver::Options o;
     o.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    o.max_num_iterations = 8;
-    o.function_tolerance = 1e-5;
+    o.max_num_iterations = 25;
+    o.function_tolerance = 1e-6;
     o.num_threads = std::max(1, options.threads);
     o.logging_type = ceres::SILENT;
     o.use_nonmonotonic_steps = false;
@@ -659,35 +664,50 @@ class Adjustment::Problem {
 
 void Adjustment::Problem::add_known() {}
 
-void Adjustment::look_at_residuals(bool first) {
+void Adjustment::look_at_residuals(bool first, bool forgiving) {
   std::vector<double> sizes;
-  for (TieGroup& group : groups) {
-    for (Tie& tie : group.ties) {
-      const auto r = residual_px(group, tie, state);
-      tie.robust = 0.0;
-      if (!r) continue;
-      tie.robust = r->norm();  // for the moment
-      if (!tie.held_out) sizes.push_back(r->norm());
-    }
-  }
-  if (sizes.empty()) return;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  // The median length of two normal numbers of sigma 1 is 1.177.
-  const double sigma = std::max(0.03, *middle / 1.1774);
-  priors.pixel = first ? std::max(sigma, 0.3) : sigma;
   for (TieGroup& group : groups)
     for (Tie& tie : group.ties) {
-      const double x = tie.robust / (3.0 * priors.pixel);
-      tie.robust = residual_px(group, tie, state) ? 1.0 / (1.0 + x * x) : 0.0;
-      if (x > 4.0) tie.robust = first ? tie.robust : 0.0;
+      const auto r = residual_px(group, tie, state);
+      tie.robust = r ? (tie.whiten * *r).norm() : -1.0;  // for the moment
+      if (r && !tie.held_out) sizes.push_back(tie.robust);
     }
+  if (sizes.empty()) return;
+  const auto middle_of = [](std::vector<double>& v) {
+    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+    std::nth_element(v.begin(), middle, v.end());
+    return *middle;
+  };
+  // The median length of two normal numbers of sigma 1 is 1.177.
+  const double sigma = std::max(0.1, middle_of(sizes) / 1.1774);
+  priors.tie = first ? std::max(sigma, 2.0) : sigma;
+  for (TieGroup& group : groups) {
+    // A frame whose time or pose is still wrong is off as a whole: that is what is to be found, and
+    // only what strays from the others of its pair is to be doubted.
+    double own = priors.tie;
+    if (forgiving) {
+      sizes.clear();
+      for (const Tie& tie : group.ties)
+        if (tie.robust >= 0.0) sizes.push_back(tie.robust);
+      if (!sizes.empty()) own = std::max(own, middle_of(sizes) / 1.1774);
+    }
+    for (Tie& tie : group.ties) {
+      const double x = tie.robust / (3.0 * own);
+      tie.robust = tie.robust < 0.0 || (x > 4.0 && !first) ? 0.0 : 1.0 / (1.0 + x * x);
+    }
+  }
 }
 
 Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
   Summary total;
+  // Sigmas from residuals can run away where the data tell little of them: the evidence decides.
+  struct Best {
+    double evidence = -std::numeric_limits<double>::infinity();
+    AdjustmentPriors priors;
+    AdjustmentState state;
+  } best;
   for (int round = 0; round < options.rounds; ++round) {
-    look_at_residuals(round == 0);
+    look_at_residuals(round == 0, round + 1 < options.rounds);
     Problem problem(*this, state);
     const Summary s = problem.solve(options);
     total.usable = s.usable;
@@ -697,10 +717,13 @@ Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
     if (!options.estimate_variances) continue;
     // Variance components (Förstner 1979): what the residuals of a kind of rows weigh, over the
     // share of them that the solution did not use up. The trace is by random signs (Hutchinson).
-    look_at_residuals(false);
+    look_at_residuals(false, round + 1 < options.rounds);
     Problem again(*this, state);
     const auto linear = again.linearise();
     if (!linear->good) continue;
+    if (const double evidence = log_evidence(); evidence > best.evidence)
+      best = {evidence, priors, state};
+    if (round + 1 == options.rounds) break;
     std::mt19937 random(17);
     struct Component {
       double squares = 0.0, rows = 0.0, used = 0.0;
@@ -739,7 +762,51 @@ Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
     priors.knot.tail<3>() *= factor(1);
     if (priors.jitter_s > 0.0) priors.jitter_s = std::max(1e-5, priors.jitter_s * factor(2));
   }
+  if (std::isfinite(best.evidence)) {
+    priors = best.priors;
+    state = best.state;
+    look_at_residuals(false, false);
+  }
   return total;
+}
+
+double Adjustment::log_evidence() const {
+  AdjustmentState copy = state;
+  Problem problem(*this, copy);
+  const auto linear = problem.linearise();
+  if (!linear->good) return -std::numeric_limits<double>::infinity();
+  double sum = 0.0;
+  // Ties by the heavy-tailed density whose weights they have; other rows are normal.
+  for (const TieGroup& group : groups)
+    for (const Tie& tie : group.ties) {
+      if (tie.held_out) continue;
+      const auto r = residual_px(group, tie, state);
+      const double x2 = r ? (tie.whiten * *r).squaredNorm() / (9.0 * priors.tie * priors.tie) : 1e4;
+      sum -= 4.5 * std::log1p(x2) + 2.0 * std::log(priors.tie);
+    }
+  for (std::size_t r = 0; r < linear->kind.size(); ++r)
+    if (linear->kind[r] != Problem::Ties) {
+      const double x = linear->residuals[static_cast<Eigen::Index>(r)];
+      sum -= 0.5 * x * x;
+    }
+  // What each prior's width costs: the determinant of its rows by their unknowns.
+  for (std::size_t k = 0; k < knot_times_s.size(); ++k)
+    for (int c = 0; c < 6; ++c) {
+      double sigma = priors.knot[c];
+      if (k > 0) {
+        const double tau = c < 3 ? priors.position_correlation_s : priors.attitude_correlation_s;
+        sigma *= std::sqrt(
+            std::max(1e-12, 1.0 - std::exp(-2.0 * (knot_times_s[k] - knot_times_s[k - 1]) / tau)));
+      }
+      sum -= std::log(sigma);
+    }
+  if (priors.jitter_s > 0.0)
+    sum -= static_cast<double>(
+               std::count(linear->kind.begin(), linear->kind.end(), Problem::Jitters)) *
+           std::log(priors.jitter_s);
+  const Eigen::SparseMatrix<double> factor = linear->normal.matrixL();
+  for (Eigen::Index k = 0; k < factor.rows(); ++k) sum -= std::log(factor.coeff(k, k));
+  return sum;
 }
 
 void Adjustment::solve_frames() {
@@ -772,9 +839,10 @@ void Adjustment::solve_frames() {
                        state.globals[Globals::kFocal], state.globals.segment<2>(Globals::kDrift),
                        time_s(static_cast<int>(i), state) - time_s(groups[g].host, state));
           if (!t) continue;
-          const double scale = focal_px_ / priors.pixel;
-          normal += tie.robust * scale * scale * t->by_frame.transpose() * t->by_frame;
-          right -= tie.robust * scale * scale * t->by_frame.transpose() * t->residual;
+          const Eigen::Matrix2d scale = focal_px_ / priors.tie * std::sqrt(tie.robust) * tie.whiten;
+          const Matrix26 rows = scale * t->by_frame;
+          normal += rows.transpose() * rows;
+          right -= rows.transpose() * (scale * t->residual);
         }
       }
       extra += normal.ldlt().solve(right);
@@ -806,6 +874,12 @@ std::optional<Adjustment::Knowledge> Adjustment::knowledge() const {
   for (std::size_t k = 0; k < state.delay_s.size(); ++k) {
     const int column = column_of(blocks.delay(static_cast<int>(k)));
     out.delay_sigma_s.push_back(column < 0 ? 0.0 : std::sqrt(variance(column)));
+  }
+
+  for (std::size_t k = 0; k < state.jitter_s.size(); ++k) {
+    const int column = column_of(blocks.jitter(static_cast<int>(k)));
+    out.jitter_sigma_s.push_back(column < 0 ? std::numeric_limits<double>::infinity()
+                                            : std::sqrt(variance(column)));
   }
 
   // A camera's rows: 6 x n, sparse.

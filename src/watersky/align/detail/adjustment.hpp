@@ -40,6 +40,8 @@ struct Tie {
   Eigen::Vector2d host, frame;
   /// Where the pixels' rows lie in the readout, -0.5 to 0.5.
   double host_row = 0.0, frame_row = 0.0;
+  /// What makes a residual in pixels one of unit covariance, but for `AdjustmentPriors::tie`.
+  Eigen::Matrix2d whiten = Eigen::Matrix2d::Identity();
   double robust = 1.0;    ///< weight of the residual, from the last look at it
   bool held_out = false;  ///< takes no part: it judges
 };
@@ -90,7 +92,7 @@ struct AdjustmentPriors {
   double delay_s = 0.1;                               ///< of the first delay knot about its start
   double delay_walk_s = 0.004;                        ///< per root second
   double jitter_s = 0.0;                              ///< 0: none
-  double pixel = 0.5;                                 ///< of a tie, px
+  double tie = 1.0;                                   ///< of a whitened residual
 };
 
 struct AdjustmentOptions {
@@ -142,6 +144,10 @@ class Adjustment {
     double seconds = 0.0;
   };
   Summary solve(const AdjustmentOptions& options);
+  /// How well the assumptions in `priors` explain what was seen, at the present state: the
+  /// logarithm of the probability of all ties (Laplace's approximation), up to a constant of the
+  /// ties alone.
+  [[nodiscard]] double log_evidence() const;
   /// Each frame by itself, all else as it stands: what happens between knots.
   void solve_frames();
 
@@ -173,7 +179,7 @@ class Adjustment {
   class Problem;
   [[nodiscard]] std::pair<int, double> delay_place(double base_s) const;
   void evaluate(int frame, const AdjustmentState& s, bool derivatives, Evaluated& out) const;
-  void look_at_residuals(bool first);
+  void look_at_residuals(bool first, bool forgiving);
 
   const Navigation* navigation_;
   Mount mount_;
@@ -186,6 +192,7 @@ class Adjustment::Knowledge {
  public:
   Globals::Vector globals_sigma = Globals::Vector::Zero();
   std::vector<double> delay_sigma_s;
+  std::vector<double> jitter_sigma_s;  ///< of each frame; infinite where it is no unknown
   /// Of a frame's camera: position and rotation (axes of Local) given the mean place on the sea
   /// of all pictures' middles.
   std::vector<Eigen::Matrix<double, 6, 6>> camera;

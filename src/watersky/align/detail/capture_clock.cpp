@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace watersky::align {
 
@@ -62,6 +63,162 @@ std::optional<CaptureClock> fit_capture_clock(const std::vector<std::uint64_t>& 
   const double first = static_cast<double>(counters[0]);
   return CaptureClock{line.start - line.slope * first, line.slope,
                       *middle / 0.6745 / std::sqrt(2.0)};
+}
+
+std::vector<double> even_times(const std::vector<double>& received_s) {
+  constexpr std::ptrdiff_t kAround = 12;
+  const auto n = static_cast<std::ptrdiff_t>(received_s.size());
+  std::vector<double> even(received_s.size());
+  for (std::ptrdiff_t i = 0; i < n; ++i) {
+    const std::ptrdiff_t from = std::max<std::ptrdiff_t>(0, i - kAround),
+                         to = std::min(n - 1, i + kAround);
+    std::vector<double> x, y;
+    for (std::ptrdiff_t k = from; k <= to; ++k) {
+      x.push_back(static_cast<double>(k - i));
+      y.push_back(received_s[static_cast<std::size_t>(k)]);
+    }
+    even[static_cast<std::size_t>(i)] =
+        x.size() < 5 ? received_s[static_cast<std::size_t>(i)]
+                     : through(x, y, std::vector<double>(x.size(), 1.0)).start;
+  }
+  for (std::size_t i = 1; i < even.size(); ++i) even[i] = std::max(even[i], even[i - 1] + 1e-6);
+  return even;
+}
+
+namespace {
+
+double middle_of(std::vector<double> v) {
+  const auto at = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+  std::nth_element(v.begin(), at, v.end());
+  return *at;
+}
+
+/// Slots for `count` frames from `first` on, all below `end`, rising, nearest to `wanted` (in
+/// slots) by squares: dynamic programming over few frames and few free slots.
+std::vector<std::int64_t> fill(const std::vector<double>& wanted, std::int64_t first,
+                               std::int64_t end) {
+  const auto count = static_cast<std::int64_t>(wanted.size());
+  const std::int64_t spare = end - first - count;
+  std::vector<std::int64_t> out;
+  if (spare <= 0 || spare > 400) {
+    for (std::int64_t k = 0; k < count; ++k) out.push_back(first + k);
+    return out;
+  }
+  const auto width = static_cast<std::size_t>(spare + 1);
+  std::vector<std::vector<double>> cost(wanted.size(), std::vector<double>(width));
+  std::vector<std::vector<std::size_t>> from(wanted.size(), std::vector<std::size_t>(width, 0));
+  for (std::size_t k = 0; k < wanted.size(); ++k) {
+    std::size_t best = 0;
+    for (std::size_t skip = 0; skip < width; ++skip) {
+      const double off = static_cast<double>(first) + static_cast<double>(k + skip) - wanted[k];
+      if (k > 0 && cost[k - 1][skip] < cost[k - 1][best]) best = skip;
+      cost[k][skip] = off * off + (k > 0 ? cost[k - 1][best] : 0.0);
+      from[k][skip] = best;
+    }
+  }
+  auto skip = static_cast<std::size_t>(std::min_element(cost.back().begin(), cost.back().end()) -
+                                       cost.back().begin());
+  out.assign(wanted.size(), 0);
+  for (std::size_t k = wanted.size(); k-- > 0;) {
+    out[k] = first + static_cast<std::int64_t>(k + skip);
+    skip = from[k][skip];
+  }
+  return out;
+}
+
+}  // namespace
+
+std::optional<Slots> find_slots(const std::vector<double>& estimated_s,
+                                const std::vector<double>& sigma_s) {
+  const std::size_t n = estimated_s.size();
+  // A first idea of the period: the middle step of neighbours that are both known well.
+  std::vector<double> known_sigmas;
+  for (const double s : sigma_s)
+    if (std::isfinite(s)) known_sigmas.push_back(s);
+  if (known_sigmas.size() < 20 || known_sigmas.size() * 5 < n) return std::nullopt;
+  std::vector<double> steps;
+  const double typical_s = middle_of(known_sigmas);
+  const auto good = [&](std::size_t i) { return sigma_s[i] < 2.0 * typical_s; };
+  for (std::size_t i = 1; i < n; ++i)
+    if (good(i) && good(i - 1)) steps.push_back(estimated_s[i] - estimated_s[i - 1]);
+  if (steps.size() < 20) return std::nullopt;
+  double period = middle_of(steps);
+  if (!(period > 0) || typical_s > 0.25 * period) return std::nullopt;
+
+  Slots out;
+  std::vector<std::size_t> at;
+  for (std::size_t i = 0; i < n; ++i)
+    if (good(i)) at.push_back(i);
+  std::vector<double> x, y, weight;
+  Line line;
+  for (int round = 0; round < 3; ++round) {
+    // From neighbour to neighbour, so that a period a little off does not add up.
+    x.clear(), y.clear(), weight.clear();
+    double slot = 0.0;
+    for (std::size_t k = 0; k < at.size(); ++k) {
+      if (k > 0) {
+        const double least = static_cast<double>(at[k] - at[k - 1]);
+        slot += std::max(least, std::round((estimated_s[at[k]] - estimated_s[at[k - 1]]) / period));
+      }
+      x.push_back(slot);
+      y.push_back(estimated_s[at[k]]);
+      weight.push_back(1.0);
+    }
+    for (int robust = 0; robust < 5; ++robust) {
+      line = through(x, y, weight);
+      std::vector<double> off;
+      for (std::size_t k = 0; k < x.size(); ++k)
+        off.push_back(std::abs(y[k] - line.start - line.slope * x[k]));
+      out.residual_s = middle_of(off) / 0.6745;
+      for (std::size_t k = 0; k < x.size(); ++k)
+        weight[k] = 1.0 / (1.0 + std::pow(off[k] / (2.0 * out.residual_s + 1e-6), 2));
+    }
+    period = line.slope;
+  }
+  if (!(period > 0) || out.residual_s > 0.12 * period) return std::nullopt;
+  out.clock = {line.start, period, 0.0};
+  // One that fell into a wrong slot would drag those between along: only what fits holds.
+  std::vector<std::int64_t> fixed(n, -1);
+  std::int64_t last = -1;
+  for (std::size_t k = 0; k < at.size(); ++k) {
+    const double off = y[k] - line.start - period * x[k];
+    const auto slot = static_cast<std::int64_t>(x[k]);
+    if (std::abs(off) > 0.35 * period || slot <= last) continue;
+    fixed[at[k]] = slot;
+    last = slot;
+  }
+  out.slot.assign(n, 0);
+  std::size_t i = 0;
+  std::int64_t before = std::numeric_limits<std::int64_t>::min();
+  while (i < n) {
+    if (fixed[i] >= 0 && fixed[i] > before) {
+      out.slot[i] = before = fixed[i];
+      ++i;
+      continue;
+    }
+    std::size_t end = i;
+    std::vector<double> wanted;
+    while (end < n && fixed[end] < 0) {
+      wanted.push_back((estimated_s[end] - line.start) / period);
+      ++end;
+    }
+    if (wanted.empty()) return std::nullopt;
+    const auto count = static_cast<std::int64_t>(wanted.size());
+    const std::int64_t first =
+        before != std::numeric_limits<std::int64_t>::min()
+            ? before + 1
+            : std::min(static_cast<std::int64_t>(std::llround(wanted.front())) - 1,
+                       end < n ? fixed[end] - count : std::numeric_limits<std::int64_t>::max());
+    const std::int64_t limit =
+        end < n
+            ? fixed[end]
+            : std::max(first + count, static_cast<std::int64_t>(std::llround(wanted.back())) + 2);
+    const auto slots = fill(wanted, first, limit);
+    for (std::size_t k = 0; k < slots.size(); ++k) out.slot[i + k] = slots[k];
+    before = slots.back();
+    i = end;
+  }
+  return out;
 }
 
 }  // namespace watersky::align

@@ -19,4 +19,20 @@ struct CaptureClock {
 [[nodiscard]] std::optional<CaptureClock> fit_capture_clock(
     const std::vector<std::uint64_t>& counters, const std::vector<double>& received_s);
 
+/// A time for each frame that runs evenly: a straight line through the arrivals around it. What
+/// arrives unevenly was still taken evenly, but for frames that were lost.
+[[nodiscard]] std::vector<double> even_times(const std::vector<double>& received_s);
+
+/// The same clock found without a counter, from capture times that were estimated well (`sigma_s`
+/// small) for a part of the frames: slots of one period, each frame in one of its own, in order.
+/// Frames whose time is not known well lie in the slots between, nearest to `estimated_s`. nullopt
+/// when the well-known times do not lie on such a grid.
+struct Slots {
+  CaptureClock clock;
+  std::vector<std::int64_t> slot;  ///< of each frame
+  double residual_s = 0.0;         ///< of the well-known times, robust sigma
+};
+[[nodiscard]] std::optional<Slots> find_slots(const std::vector<double>& estimated_s,
+                                              const std::vector<double>& sigma_s);
+
 }  // namespace watersky::align

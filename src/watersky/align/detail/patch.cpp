@@ -67,8 +67,9 @@ std::optional<Patch> Patch::cut(const cv::Mat& picture, const Eigen::Vector2d& a
   products(1, 0) = products(0, 1);
   const double trace = products.trace(), determinant = products.determinant();
   const double least = 0.5 * (trace - std::sqrt(std::max(0.0, trace * trace - 4 * determinant)));
-  // Known to a third of a pixel along its worse direction, against its own noise.
-  if (!(least > 9.0 * noise * noise)) return std::nullopt;
+  // Known to a fifth of a pixel along its worse direction. A window of blurred noise alone has a
+  // few times its variance.
+  if (!(least > 30.0 * noise * noise)) return std::nullopt;
   patch.unit_covariance_ = products.inverse();
   return patch;
 }

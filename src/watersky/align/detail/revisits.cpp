@@ -55,7 +55,7 @@ std::vector<RevisitPair> revisit_pairs(const std::vector<Revisitable>& frames, d
 
 namespace {
 
-constexpr double kLeastCorrelation = 0.75;
+constexpr double kLeastCorrelation = 0.85;
 
 cv::Mat levels_of(const cv::Mat& gray, double& noise) {
   cv::Mat levels;
@@ -64,8 +64,8 @@ cv::Mat levels_of(const cv::Mat& gray, double& noise) {
   cv::meanStdDev(levels, mean, spread);
   const double scale = 40.0 / std::max(spread[0], 0.5);
   levels.convertTo(levels, CV_32F, scale, -scale * mean[0]);
-  noise = 0.6 * pixel_noise(levels);
-  cv::GaussianBlur(levels, levels, {}, 0.8);
+  noise = 0.7 * pixel_noise(levels);
+  cv::GaussianBlur(levels, levels, {}, 1.5);
   return levels;
 }
 
@@ -104,7 +104,7 @@ std::vector<PixelPair> by_places(const cv::Mat& a, const cv::Mat& b,
     off.push_back(best->at - guess);
   }
   // Poses err alike for all places of a frame: most must be off by the same.
-  if (found.size() < 4) return {};
+  if (found.size() < 2) return {};
   const auto median = [&](int axis) {
     std::vector<double> v;
     for (const auto& o : off) v.push_back(o[axis]);
@@ -116,7 +116,7 @@ std::vector<PixelPair> by_places(const cv::Mat& a, const cv::Mat& b,
   for (std::size_t i = 0; i < found.size(); ++i)
     if ((off[i] - common).norm() < 2.0 && static_cast<int>(agreeing.size()) < most)
       agreeing.push_back(found[i]);
-  if (agreeing.size() < 4 || agreeing.size() * 10 < found.size() * 6) return {};
+  if (agreeing.size() < 2 || agreeing.size() * 10 < found.size() * 6) return {};
   return agreeing;
 }
 

@@ -5,6 +5,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
@@ -15,15 +16,19 @@ namespace watersky::align {
 
 namespace {
 
-constexpr double kBlur_px = 0.8;
+constexpr double kBlur_px = 1.5;
 /// What the blur leaves of white noise in a window's sums, where only slow parts count.
-constexpr double kNoiseLeft = 0.6;
+constexpr double kNoiseLeft = 0.7;
 constexpr double kSpread = 40.0;  ///< sigma that pictures are brought to, in gray levels
 constexpr int kWindow_px = 17;
 constexpr int kLevels = 3;
 constexpr double kMostBack_px = 1.0;
 constexpr double kConsensus_px = 2.0;
+/// With fewer left of what there was, new places are chosen before it is time.
+constexpr double kFewLeft = 0.4;
 constexpr double kLeastCorrelation = 0.6;
+/// What interpolation, blur and the patch's own unevenness leave, however clear it is.
+constexpr double kFloor_px = 0.05;
 
 cv::Mat one_channel(const cv::Mat& picture) {
   if (picture.channels() == 1) return picture;
@@ -96,25 +101,10 @@ std::shared_ptr<TrackerPicture> make_picture(const TrackerOptions& options, doub
   return made;
 }
 
-Eigen::Matrix2d derivative(const Eigen::Matrix3d& h, const Eigen::Vector2d& p) {
-  const Eigen::Vector3d q = h * p.homogeneous();
-  Eigen::Matrix2d d;
-  for (int k = 0; k < 2; ++k)
-    d.col(k) = (h.col(k).head<2>() - q.head<2>() / q.z() * h(2, k)) / q.z();
-  return d;
-}
-
-Eigen::Matrix3d affine(const cv::Mat& m) {
-  Eigen::Matrix3d h = Eigen::Matrix3d::Identity();
-  for (int r = 0; r < 2; ++r)
-    for (int c = 0; c < 3; ++c) h(r, c) = m.at<double>(r, c);
-  return h;
-}
-
 }  // namespace
 
 void Tracker::follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& expected,
-                     Step& step) {
+                     const LocalMap& local_map, Step& step) {
   TrackerPicture& then = *previous_;
   const std::size_t n = tracks_.size();
   if (n == 0) return;
@@ -122,13 +112,11 @@ void Tracker::follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& 
   // Where each place is expected, and the map around it.
   const Eigen::Matrix3d start = expected.value_or(Eigen::Matrix3d::Identity());
   std::vector<Eigen::Vector2d> guess(n);
-  std::vector<Eigen::Matrix2d> turn(n, Eigen::Matrix2d::Identity());
   std::vector<uchar> kept(n, 1);
   double shift = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     const Eigen::Vector3d q = start * tracks_[i].px.homogeneous();
     guess[i] = q.z() > 0 ? q.hnormalized() : tracks_[i].px;
-    if (q.z() > 0) turn[i] = derivative(start, tracks_[i].px);
     shift = std::max(shift, (guess[i] - tracks_[i].px).norm());
   }
   const bool far = shift > options_.long_step * now.levels.cols;
@@ -159,7 +147,6 @@ void Tracker::follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& 
       kept[i] = q.z() > 0;
       if (!kept[i]) continue;
       guess[i] = q.hnormalized();
-      turn[i] = derivative(fit->b_from_a, tracks_[i].px);
     }
     reach_px = 4.0;
   } else {
@@ -193,14 +180,42 @@ void Tracker::follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& 
                                                  kConsensus_px, 200, 0.99, 3);
       const int agreeing = found.empty() ? 0 : cv::countNonZero(inliers);
       if (agreeing * 2 >= static_cast<int>(good_from.size())) {
-        const Eigen::Matrix2d linear = affine(found).topLeftCorner<2, 2>();
-        for (std::size_t k = 0; k < of.size(); ++k) {
+        for (std::size_t k = 0; k < of.size(); ++k)
           kept[of[k]] = inliers.at<uchar>(static_cast<int>(k));
-          // Of few places, or of all in one corner, the map is less sure than the poses' is.
-          if (agreeing >= 12) turn[of[k]] = linear;
-        }
       }
     }
+  }
+
+  // Poses may be off by some degrees between host and frame (an unknown delay in a turn): where
+  // the places of one host have been carried to tells by how much. A window drawn at a wrong turn
+  // settles aside.
+  std::map<int, Eigen::Matrix2d> turned;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!kept[i] || turned.contains(tracks_[i].host)) continue;
+    std::vector<Eigen::Vector2d> from, to;
+    Eigen::Vector2d from_mean = Eigen::Vector2d::Zero(), to_mean = Eigen::Vector2d::Zero();
+    for (std::size_t k = i; k < n; ++k) {
+      if (!kept[k] || tracks_[k].host != tracks_[i].host) continue;
+      from.push_back(tracks_[k].host_px);
+      to.push_back(guess[k]);
+      from_mean += from.back();
+      to_mean += to.back();
+    }
+    from_mean /= static_cast<double>(from.size());
+    to_mean /= static_cast<double>(to.size());
+    const Eigen::Matrix2d map = local_map(tracks_[i].host, now.full(from_mean));
+    double along = 0.0, across = 0.0, spread = 0.0;
+    for (std::size_t k = 0; k < from.size(); ++k) {
+      const Eigen::Vector2d a = map * (from[k] - from_mean), b = to[k] - to_mean;
+      along += a.dot(b);
+      across += a.x() * b.y() - a.y() * b.x();
+      spread += a.squaredNorm();
+    }
+    // Two places twenty pixels apart tell a turn to some degrees; less tell less than poses do.
+    constexpr double kLeastSpread_px2 = 400.0;
+    const double angle = spread > kLeastSpread_px2 ? std::atan2(across, along) : 0.0;
+    turned[tracks_[i].host] =
+        Eigen::Rotation2Dd(std::abs(angle) < 0.3 ? angle : 0.0).toRotationMatrix();
   }
 
   // Found again by the host's own window.
@@ -209,18 +224,21 @@ void Tracker::follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& 
   for (std::size_t i = 0; i < n; ++i) {
     Track& t = tracks_[i];
     if (!kept[i] || !now.shows(guess[i])) continue;
-    const Eigen::Matrix2d map = turn[i] * t.from_host;
+    const Eigen::Matrix2d map = turned.at(t.host) * local_map(t.host, now.full(t.host_px));
     const double scale = std::sqrt(std::abs(map.determinant()));
     if (!(scale > 0.6 && scale < 1.7)) continue;
     const auto found = t.patch.find(now.levels, guess[i], map, reach_px);
     const bool good = found && found->correlation > kLeastCorrelation && now.shows(found->at);
     if (!good && (far || ++t.misses > 3)) continue;
     t.px = good ? found->at : guess[i];
-    t.from_host = map;
     if (good) {
       t.misses = 0;
-      step.sightings.push_back(
-          {t.id, t.host, now.full(t.host_px), now.full(t.px), found->correlation});
+      const double noise2 = t.noise * t.noise + now.noise * now.noise;
+      const Eigen::Matrix2d covariance =
+          noise2 * map * t.patch.unit_covariance() * map.transpose() +
+          kFloor_px * kFloor_px * Eigen::Matrix2d::Identity();
+      step.sightings.push_back({t.id, t.host, now.full(t.host_px), now.full(t.px),
+                                found->correlation, covariance * now.reduction * now.reduction});
     }
     still.push_back(std::move(t));
   }
@@ -278,7 +296,7 @@ void Tracker::choose(const TrackerPicture& now, int frame) {
         if (c.strength < 1e-4F * candidates.front().strength) break;
         continue;
       }
-      tracks_.push_back({next_id_++, frame, p, p, Eigen::Matrix2d::Identity(), *std::move(patch)});
+      tracks_.push_back({next_id_++, frame, p, p, *std::move(patch), now.noise});
       ++in_cell[where];
       ++chosen;
     }
@@ -287,7 +305,8 @@ void Tracker::choose(const TrackerPicture& now, int frame) {
 
 Result<Tracker::Step> Tracker::add(int frame, double t_s, const cv::Mat& picture, int reduction,
                                    const cv::Mat& valid,
-                                   const std::optional<Eigen::Matrix3d>& from_previous) {
+                                   const std::optional<Eigen::Matrix3d>& from_previous,
+                                   const LocalMap& map) {
   auto now = make_picture(options_, t_s, picture, reduction, valid);
   Step step;
   if (previous_ && previous_->levels.size() == now->levels.size()) {
@@ -295,7 +314,7 @@ Result<Tracker::Step> Tracker::add(int frame, double t_s, const cv::Mat& picture
     if (from_previous)
       expected =
           now->full_from_reduced().inverse() * *from_previous * previous_->full_from_reduced();
-    follow(*now, expected, step);
+    follow(*now, expected, map, step);
   } else {
     tracks_.clear();
   }
@@ -303,10 +322,12 @@ Result<Tracker::Step> Tracker::add(int frame, double t_s, const cv::Mat& picture
   const double since_s = t_s - last_keyframe_s_;
   const double step_s = previous_ ? t_s - previous_->t_s : 0.0;
   if (since_s + 0.5 * step_s >= options_.keyframe_interval_s ||
-      static_cast<int>(tracks_.size()) < options_.points / 4) {
+      (static_cast<double>(tracks_.size()) < kFewLeft * static_cast<double>(after_choice_) &&
+       since_s >= 0.3 * options_.keyframe_interval_s)) {
     step.keyframe = true;
     last_keyframe_s_ = t_s;
     choose(*now, frame);
+    after_choice_ = tracks_.size();
   }
   previous_ = std::move(now);
   return step;

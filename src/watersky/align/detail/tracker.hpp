@@ -29,6 +29,7 @@ struct Sighting {
   int host = 0;  ///< the frame, as add() was told
   Eigen::Vector2d host_px, px;
   double correlation = 0.0;
+  Eigen::Matrix2d covariance_px2 = Eigen::Matrix2d::Identity();
 };
 
 /// One picture as the tracker wants it, with what was worked out from it.
@@ -46,22 +47,27 @@ class Tracker {
   };
   /// The next frame in time. `picture`: 8 or 16 bit, 1 or 3 channels, full size or reduced by
   /// `reduction` while decoding; `valid` empty or 0 where it must not be used.
+  /// `map`: how a step around a host's full-size pixel becomes a step in this frame, by the poses
+  /// and the lens; poses need to be right to a few degrees.
+  using LocalMap = std::function<Eigen::Matrix2d(int host, const Eigen::Vector2d& host_px)>;
   /// `from_previous`: where the poses expect the previous frame's full-size pixels to be, or empty.
   [[nodiscard]] Result<Step> add(int frame, double t_s, const cv::Mat& picture, int reduction,
                                  const cv::Mat& valid,
-                                 const std::optional<Eigen::Matrix3d>& from_previous);
+                                 const std::optional<Eigen::Matrix3d>& from_previous,
+                                 const LocalMap& map);
 
  private:
   struct Track {
     int id;
     int host;
-    Eigen::Vector2d host_px;    ///< reduced pixels
-    Eigen::Vector2d px;         ///< in the latest frame
-    Eigen::Matrix2d from_host;  ///< local map, host to latest frame
+    Eigen::Vector2d host_px;  ///< reduced pixels
+    Eigen::Vector2d px;       ///< in the latest frame
     Patch patch;
+    double noise;  ///< of the host's pixels
     int misses = 0;
   };
-  void follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& expected, Step& step);
+  void follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& expected,
+              const LocalMap& map, Step& step);
   void choose(const TrackerPicture& now, int frame);
 
   TrackerOptions options_;
@@ -69,6 +75,7 @@ class Tracker {
   std::shared_ptr<TrackerPicture> previous_;
   std::vector<Track> tracks_;
   int next_id_ = 0;
+  std::size_t after_choice_ = 0;  ///< places there were when they were last chosen
   double last_keyframe_s_ = -1e300;
 };
 

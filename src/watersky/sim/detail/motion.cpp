@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
@@ -27,24 +28,37 @@ Eigen::Matrix3d turned(double yaw, double pitch, double roll) {
   return r;
 }
 
+Eigen::Matrix3d nominal_mount(const CameraSetup& setup) {
+  // The camera's right, down, forward in the platform's forward, right, down.
+  Eigen::Matrix3d looks_forward;
+  looks_forward << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+  return setup.gimbal != 0 ? looks_forward
+                           : turned(setup.mount_yaw_deg * kDegree, setup.mount_pitch_deg * kDegree,
+                                    setup.mount_roll_deg * kDegree) *
+                                 looks_forward;
+}
+
 Motion::Motion(const Scenario& scenario, const Aircraft& aircraft, const Geodetic& anchor)
     : aircraft_(aircraft),
       surface_(anchor),
       setup_(scenario.camera),
+      mount_(nominal_mount(setup_)),
+      lever_arm_m_(setup_.mount_x_m, setup_.mount_y_m, setup_.mount_z_m),
       jitter_yaw_(jitter_seed(scenario, 1), setup_.gimbal_jitter_deg * kDegree,
                   scenario.aircraft.gust_band_hz),
       jitter_pitch_(jitter_seed(scenario, 2), setup_.gimbal_jitter_deg * kDegree,
                     scenario.aircraft.gust_band_hz),
       jitter_roll_(jitter_seed(scenario, 3), setup_.gimbal_jitter_deg * kDegree,
                    scenario.aircraft.gust_band_hz) {
-  // The camera's right, down, forward in the platform's forward, right, down.
-  Eigen::Matrix3d looks_forward;
-  looks_forward << 0, 0, 1, 1, 0, 0, 0, 1, 0;
-  mount_ = setup_.gimbal != 0
-               ? looks_forward
-               : turned(setup_.mount_yaw_deg * kDegree, setup_.mount_pitch_deg * kDegree,
-                        setup_.mount_roll_deg * kDegree) *
-                     looks_forward;
+  Random random(static_cast<std::uint64_t>(scenario.seed), Stream::Mount);
+  const auto direction = [&random] {
+    const double x = random.normal(), y = random.normal(), z = random.normal();
+    return Eigen::Vector3d(x, y, z).normalized();
+  };
+  const Eigen::Vector3d axis = direction(), aside = direction();
+  if (setup_.mount_error_deg > 0.0)
+    mount_ *= Eigen::AngleAxisd(setup_.mount_error_deg * kDegree, axis).toRotationMatrix();
+  lever_arm_m_ += setup_.lever_error_m * aside;
 }
 
 EarthPose Motion::body(double t_s) const {
@@ -77,8 +91,7 @@ EarthPose Motion::camera(double t_s) const {
   const Eigen::Matrix3d axes = north_east_down(geodetic_of(origin));
   const Eigen::Matrix3d platform =
       setup_.gimbal != 0 ? gimbal(s, axes, t_s) : axes * turned(s.yaw_rad, s.pitch_rad, s.roll_rad);
-  return {platform * mount_, origin + platform * Eigen::Vector3d(setup_.mount_x_m, setup_.mount_y_m,
-                                                                 setup_.mount_z_m)};
+  return {platform * mount_, origin + platform * lever_arm_m_};
 }
 
 ScenePose Motion::camera_in_scene(double t_s) const {

@@ -14,6 +14,9 @@ namespace watersky::sim {
 /// axes: its axes as columns.
 [[nodiscard]] Eigen::Matrix3d turned(double yaw_rad, double pitch_rad, double roll_rad);
 
+/// platform_from_camera, as it is recorded.
+[[nodiscard]] Eigen::Matrix3d nominal_mount(const CameraSetup& setup);
+
 struct EarthPose {
   Eigen::Matrix3d rotation;  ///< axes as columns, earth-centred
   Eigen::Vector3d origin_m;
@@ -29,8 +32,10 @@ class Motion {
   [[nodiscard]] Eigen::Matrix3d recorded_gimbal(double t_s) const;
   [[nodiscard]] EarthPose camera(double t_s) const;
   [[nodiscard]] ScenePose camera_in_scene(double t_s) const;
-  /// platform_from_camera
+  /// platform_from_camera, as it is
   [[nodiscard]] const Eigen::Matrix3d& mount() const { return mount_; }
+  /// The camera's true place on its platform.
+  [[nodiscard]] const Eigen::Vector3d& lever_arm_m() const { return lever_arm_m_; }
   [[nodiscard]] const Aircraft& aircraft() const { return aircraft_; }
 
  private:
@@ -41,6 +46,7 @@ class Motion {
   SeaSurface surface_;
   CameraSetup setup_;
   Eigen::Matrix3d mount_;
+  Eigen::Vector3d lever_arm_m_;
   BandLimitedNoise jitter_yaw_, jitter_pitch_, jitter_roll_;
 };
 

@@ -32,7 +32,10 @@ enum class Stream : std::uint64_t {
   Navigation,
   Clock,
   Pattern,
-  Noise
+  Noise,
+  Mount,
+  Link,
+  Patches
 };
 
 /// xoshiro256++ (Blackman, Vigna 2019).
