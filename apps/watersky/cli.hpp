@@ -2,11 +2,14 @@
 #pragma once
 /// What all verbs share: levels, JSON, progress, and options made from described parameters.
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <vector>
 
@@ -41,21 +44,21 @@ void fail_in_part();
 [[nodiscard]] std::string option_name(std::string_view parameter);
 
 /// Adds an option for each described parameter: name, unit, meaning and default from its one
-/// description.
+/// description. Those in `without` are left away.
 template <class Parameters>
-void add_parameters(CLI::App& app, Parameters& parameters) {
+void add_parameters(CLI::App& app, Parameters& parameters, const std::string& group = "Parameters",
+                    std::initializer_list<std::string_view> without = {}) {
   Parameters::describe(parameters, [&](auto& value, const ParameterInfo& info) {
+    if (std::find(without.begin(), without.end(), info.name) != without.end()) return;
     const std::string unit = info.unit == "1" ? "" : " [" + std::string(info.unit) + "]";
     const std::string help = std::string(info.help) + unit;
     if constexpr (std::is_same_v<std::remove_cvref_t<decltype(value)>, bool>) {
       const std::string name = option_name(info.name);
       app.add_flag(name + ",!--no-" + name.substr(2), value,
                    help + (value ? " (on unless --no-)" : " (off)"))
-          ->group("Parameters");
+          ->group(group);
     } else {
-      app.add_option(option_name(info.name), value, help)
-          ->capture_default_str()
-          ->group("Parameters");
+      app.add_option(option_name(info.name), value, help)->capture_default_str()->group(group);
     }
   });
 }
@@ -107,6 +110,7 @@ void add_map(CLI::App& app);
 void add_segment(CLI::App& app);
 void add_segment_train(CLI::App& segment);
 void add_register(CLI::App& app);
+void add_align(CLI::App& app);
 
 void add_simulate(CLI::App& app);
 void add_inspect(CLI::App& app);

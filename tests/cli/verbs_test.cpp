@@ -117,7 +117,7 @@ TEST(Inspect, SaysWhatAFlightHolds) {
 }
 
 TEST(Help, ShowsUnitsAndDefaults) {
-  for (const char* verb : {"map", "segment", "simulate", "inspect"}) {
+  for (const char* verb : {"map", "align", "segment", "simulate", "inspect"}) {
     const Outcome o = watersky(std::string(verb) + " --help");
     EXPECT_EQ(o.status, 0);
     EXPECT_THAT(o.out, HasSubstr("--json"));

@@ -2,6 +2,7 @@
 #pragma once
 /// What was seen, from where, when: the one form that every recording is read into and that the
 /// map is made from.
+#include <filesystem>
 #include <functional>
 #include <opencv2/core/mat.hpp>
 #include <optional>
@@ -40,6 +41,9 @@ struct ImageFrame {
   std::optional<StampedPose> own_pose;
   /// The gimbal's rotation as recorded with this very frame, see Flight::gimbal_reference.
   std::optional<Eigen::Quaterniond> own_gimbal;
+  /// The image file that `load` reads, where it is one of its own: it can be copied as it is.
+  /// Empty: of a video, or made in memory.
+  std::filesystem::path file{};
 };
 
 /// A frame that could not be used, and why.

@@ -3,6 +3,7 @@
 /// The flight folder: flight.yaml, frames.csv, poses.csv, images/, and gimbal.csv where there is
 /// one. Any recording can be written as one and read back as the same flight.
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -55,17 +56,32 @@ struct FlightDescription {
                                                 const ReadOptions& options = {},
                                                 const Progress& progress = {});
 
-enum class StoredImages { Png, Jpeg };
-
-struct WriteFlightOptions {
-  StoredImages images = StoredImages::Png;  ///< 16 bit images are always PNG: nothing is lost
-  int jpeg_quality = 95;
+enum class StoredImages {
+  Png,
+  Jpeg,  ///< 16 bit images are PNG all the same: nothing is lost
+  Keep   ///< image files are copied as they are; what else there is (of a video) becomes as Jpeg
 };
 
-/// Writes a new folder; Exists when there is something at `folder`. It appears whole or not at
-/// all. Returns the frames that could not be written (an image that cannot be read, no time) and
-/// why. Frames that carry their own pose get a row in poses.csv at their time; of several at one
-/// time the later are put a microsecond on, as poses must differ in time.
+/// A file that lies in the folder beside the flight and appears with it.
+struct CompanionFile {
+  std::string name;
+  /// Its bytes, asked for when all frames are written: of these some could not be.
+  std::function<Result<std::string>(const std::vector<LeftOut>& not_written)> bytes;
+};
+
+struct WriteFlightOptions {
+  StoredImages images = StoredImages::Png;
+  int jpeg_quality = 95;
+  /// Takes the place of what is at `folder`: the caller has asked whether it may.
+  bool replace = false;
+  std::vector<CompanionFile> companions{};
+};
+
+/// Writes a new folder; Exists when there is something at `folder`, unless it is to be replaced.
+/// It appears whole or not at all. Returns the frames that could not be written (an image that
+/// cannot be read, no time) and why. Frames that carry their own pose get a row in poses.csv at
+/// their time; of several at one time the later are put a microsecond on, as poses must differ in
+/// time.
 [[nodiscard]] Result<std::vector<LeftOut>> write_flight_folder(
     const Flight& flight, const std::filesystem::path& folder,
     const WriteFlightOptions& options = {}, const Progress& progress = {});

@@ -390,6 +390,7 @@ Status read_frames(const fs::path& folder, CameraModel& camera, const std::strin
                  "; give each camera a flight folder of its own");
     }
     frame.load = image_loader(path, *size);
+    frame.file = path;
     flight.frames.push_back(std::move(frame));
   }
   if (table.rows() == 0) return bad("frames.csv: lists no frame");

@@ -8,6 +8,7 @@
 
 #include "support/make_photo.hpp"
 #include "watersky/geodesy/projection.hpp"
+#include "watersky/io/files.hpp"
 #include "watersky/io/read_flight.hpp"
 
 namespace watersky {
@@ -196,6 +197,57 @@ TEST(FlightFolder, AFrameWhoseImageCannotBeReadIsLeftOutWithTheReason) {
   ASSERT_THAT(left_out, SizeIs(1));
   EXPECT_EQ(left_out[0].reason, "cut short");
   EXPECT_EQ(read_flight(folder.path() / "x")->frames.size(), 4u);
+}
+
+TEST(FlightFolder, KeptImagesAreTheSameBytes) {
+  const TemporaryFolder folder;
+  const Flight f = random_flight(4);
+  ASSERT_TRUE(write_flight_folder(f, folder.path() / "jpeg", {.images = StoredImages::Jpeg}));
+  const auto first = read_flight(folder.path() / "jpeg").value();
+  ASSERT_TRUE(write_flight_folder(first, folder.path() / "kept", {.images = StoredImages::Keep}));
+  const auto kept = read_flight(folder.path() / "kept").value();
+  ASSERT_EQ(kept.frames.size(), first.frames.size());
+  for (std::size_t i = 0; i < kept.frames.size(); ++i) {
+    EXPECT_EQ(kept.frames[i].name, first.frames[i].name);
+    EXPECT_EQ(read_bytes(kept.frames[i].file).value(), read_bytes(first.frames[i].file).value());
+  }
+}
+
+TEST(FlightFolder, AKeptImageThatIsCutShortIsLeftOut) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(write_flight_folder(random_flight(4), folder.path() / "jpeg",
+                                  {.images = StoredImages::Jpeg}));
+  const auto flight = read_flight(folder.path() / "jpeg").value();
+  std::filesystem::resize_file(flight.frames[1].file,
+                               std::filesystem::file_size(flight.frames[1].file) / 2);
+  const auto left_out =
+      write_flight_folder(flight, folder.path() / "kept", {.images = StoredImages::Keep}).value();
+  ASSERT_THAT(left_out, SizeIs(1));
+  EXPECT_EQ(left_out[0].file, flight.frames[1].name);
+}
+
+TEST(FlightFolder, CompanionsAppearWithItAndKnowWhatIsMissing) {
+  Flight f = random_flight(1);
+  f.frames[2].load = {};
+  const TemporaryFolder folder;
+  WriteFlightOptions options;
+  options.companions = {{"account.txt", [](const std::vector<LeftOut>& not_written) {
+                           return Result<std::string>(not_written.at(0).file);
+                         }}};
+  ASSERT_TRUE(write_flight_folder(f, folder.path() / "x", options));
+  EXPECT_EQ(read_text(folder.path() / "x" / "account.txt").value(), f.frames[2].name);
+
+  EXPECT_EQ(write_flight_folder(f, folder.path() / "x", options).error().code, ErrorCode::Exists);
+  options.replace = true;
+  options.companions = {{"account.txt", [](const std::vector<LeftOut>&) -> Result<std::string> {
+                           return Error{ErrorCode::Io, "no ink"};
+                         }}};
+  EXPECT_EQ(write_flight_folder(f, folder.path() / "x", options).error().message, "no ink");
+  EXPECT_EQ(read_text(folder.path() / "x" / "account.txt").value(), f.frames[2].name)
+      << "a failure leaves what was there";
+  options.companions.clear();
+  ASSERT_TRUE(write_flight_folder(f, folder.path() / "x", options));
+  EXPECT_FALSE(std::filesystem::exists(folder.path() / "x" / "account.txt"));
 }
 
 /// A folder of text files and one image, as a person would make it.

@@ -13,6 +13,7 @@
 #include "watersky/io/csv.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
+#include "watersky/io/image_file.hpp"
 
 namespace watersky {
 
@@ -207,6 +208,10 @@ class FolderWriter {
         csv += format_time_seconds(time) + "," + degrees_text(q) + "\n";
       WATERSKY_CHECK(write_file(folder_ / "gimbal.csv", csv));
     }
+    for (const CompanionFile& companion : options_.companions) {
+      WATERSKY_TRY(const std::string bytes, companion.bytes(left_out_));
+      WATERSKY_CHECK(write_file(folder_ / companion.name, bytes));
+    }
     return left_out_;
   }
 
@@ -217,18 +222,30 @@ class FolderWriter {
       left_out_.push_back({frame.name, "its time is not known, and poses.csv goes by time"});
       return {};
     }
-    auto image = frame.load ? frame.load({})
+    const bool keep = options_.images == StoredImages::Keep && is_image_file(frame.file);
+    // One that is kept is decoded only to see that it can be.
+    const ImageRequest request =
+        keep ? ImageRequest{.color = false, .reduction = 8} : ImageRequest{};
+    auto image = frame.load ? frame.load(request)
                             : Result<cv::Mat>(Error{ErrorCode::NotFound, "it has no image"});
     if (!image) {
       left_out_.push_back({frame.name, image.error().message});
       return {};
     }
-    const bool jpeg = options_.images == StoredImages::Jpeg && image->depth() == CV_8U;
-    const std::string stem = plain_stem(frame.name), extension = jpeg ? ".jpg" : ".png";
+    const bool jpeg = options_.images != StoredImages::Png && image->depth() == CV_8U;
+    const std::string stem = plain_stem(frame.name),
+                      extension = keep   ? frame.file.extension().string()
+                                  : jpeg ? ".jpg"
+                                         : ".png";
     std::string file = stem + extension;
     for (int k = 2; !files_.insert(file).second; ++k)
       file = stem + "_" + std::to_string(k) + extension;
-    WATERSKY_TRY(const auto bytes, encoded(*image, jpeg, options_, frame.name));
+    std::vector<std::uint8_t> bytes;
+    if (keep) {
+      WATERSKY_TRY(bytes, read_bytes(frame.file));
+    } else {
+      WATERSKY_TRY(bytes, encoded(*image, jpeg, options_, frame.name));
+    }
     WATERSKY_CHECK(write_file(folder_ / "images" / file,
                               {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
 
@@ -267,7 +284,7 @@ Result<std::vector<LeftOut>> write_flight_folder(const Flight& flight, const fs:
                                                  const WriteFlightOptions& options,
                                                  const Progress& progress) {
   std::error_code ec;
-  if (fs::exists(folder, ec))
+  if (!options.replace && fs::exists(folder, ec))
     return Error{ErrorCode::Exists,
                  folder.string() + ": is there already; remove it or name another folder"};
   WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(folder));

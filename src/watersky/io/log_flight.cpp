@@ -124,6 +124,7 @@ Result<RecordedFlight> read_log_flight(const fs::path& folder, const fs::path& l
     ImageFrame frame;
     frame.name = name;
     frame.load = image_loader(set.photos[i].path, size);
+    frame.file = set.photos[i].path;
     frame.captured_at = images.times[i];
     frames.push_back(std::move(frame));
   }

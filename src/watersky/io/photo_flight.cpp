@@ -314,6 +314,7 @@ Result<RecordedFlight> read_photo_flight(const fs::path& folder, const ReadOptio
     ImageFrame frame;
     frame.name = name;
     frame.load = image_loader(placed[i]->path, size);
+    frame.file = placed[i]->path;
     frame.captured_at = mark && mark->utc ? mark->utc : m.utc();
     if (!frame.captured_at && m.taken_local) {
       const double offset_h = options.camera_utc_offset_h.value_or(0.0);

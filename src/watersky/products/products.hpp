@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
+#include <memory>
 #include <opencv2/core/mat.hpp>
 #include <string>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "watersky/ice/floe_statistics.hpp"
 #include "watersky/ice/objects.hpp"
 #include "watersky/mapping/mapping.hpp"
+#include "watersky/products/alignment_run.hpp"
 
 namespace watersky {
 
@@ -47,6 +49,8 @@ struct Products {
   Datum datum;
   bool times_are_utc = true;
   double mapping_wall_s = 0.0;
+  /// What the flight's images said of it before it was mapped; nullptr: they were not asked.
+  std::shared_ptr<const AlignmentRun> alignment;
 
   /// Of the grid, in the projection's metres.
   [[nodiscard]] double cell_m() const { return geotransform[1]; }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "watersky/io/files.hpp"
+#include "watersky/products/detail/alignment_sections.hpp"
 #include "watersky/products/detail/html.hpp"
 #include "watersky/products/detail/report_map.hpp"
 #include "watersky/products/detail/report_style.hpp"
@@ -306,6 +307,7 @@ std::string making_section(const Products& products) {
   };
   MappingParameters::describe(products.options.parameters, parameter);
   ice::ObjectParameters::describe(products.object_parameters, parameter);
+  if (products.alignment) AlignParameters::describe(products.alignment->parameters, parameter);
   return html + "</tbody></table></div></details></section>";
 }
 
@@ -320,6 +322,7 @@ Result<std::string> report_html(const Products& products) {
          escaped(products.flight_name) + "</title><style>" + report_css() +
          "</style></head><body>" + title(products, frames) + "<main>" + cards(products, frames) +
          map_section(products, svg) + floe_section(products) + iceberg_section(products) +
+         (products.alignment ? alignment_section(*products.alignment) : "") +
          left_out_section(products) + notes_section(products) + making_section(products) +
          "</main><footer>Probability, looks and times as GeoTIFF, outlines as GeoPackage and "
          "GeoJSON, every figure as run.json lie beside this page.</footer></body></html>\n";

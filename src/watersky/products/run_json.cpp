@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "watersky/base/time.hpp"
+#include "watersky/products/alignment_report.hpp"
 #include "watersky/products/detail/versions.hpp"
 #include "watersky/products/frame_figures.hpp"
 
@@ -113,7 +114,8 @@ json run_json(const Products& products) {
       {"notes", products.notes},
       {"parameters",
        {{"mapping", described(products.options.parameters)},
-        {"objects", described(products.object_parameters)}}},
+        {"objects", described(products.object_parameters)},
+        {"alignment", products.alignment ? described(products.alignment->parameters) : json()}}},
       {"threads", products.options.threads},
       {"segmentation", name_of(products.options.method)},
       {"model",
@@ -137,7 +139,10 @@ json run_json(const Products& products) {
         {"scale", products.scale},
         {"geotransform", products.geotransform}}},
       {"extent", extent(products)},
-      {"timings_s", {{"mapping", products.mapping_wall_s}}},
+      {"alignment", products.alignment ? alignment_summary_json(*products.alignment) : json()},
+      {"timings_s",
+       {{"mapping", products.mapping_wall_s},
+        {"alignment", products.alignment ? json(products.alignment->wall_s) : json()}}},
   };
 }
 

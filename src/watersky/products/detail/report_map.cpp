@@ -33,7 +33,9 @@ class Sheet {
   }
   [[nodiscard]] double width() const { return width_; }
   [[nodiscard]] double height() const { return height_; }
-  [[nodiscard]] double metres_per_unit() const { return products_.ground_cell_m() / units_per_cell_; }
+  [[nodiscard]] double metres_per_unit() const {
+    return products_.ground_cell_m() / units_per_cell_;
+  }
 
   [[nodiscard]] Eigen::Vector2d from_grid(const Eigen::Vector2d& grid) const {
     return (grid + Eigen::Vector2d(0.5, 0.5)) * units_per_cell_;

@@ -9,9 +9,9 @@ namespace {
 
 // The layers are switched by their inputs alone: the page has no script.
 constexpr const char* kCss = R"css(
-:root{--paper:#fff;--ground:#f3f5f7;--ink:#16202b;--soft:#5a6875;--line:#d5dce2;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00;--grid:#101820}
-@media (prefers-color-scheme:dark){:root{--paper:#10161d;--ground:#0b1015;--ink:#e6ecf1;--soft:#93a1ae;--line:#2a3540;--card:#151d26;--hatch:#332e26;--hatch-line:#4a4336;--panel:#10161de6;--count:#56b4e9;--area:#e69f00;--grid:#9fb4c6}}
-@media print{:root{--paper:#fff;--ground:#fff;--ink:#000;--soft:#444;--line:#bbb;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00;--grid:#101820}}
+:root{--paper:#fff;--ground:#f3f5f7;--ink:#16202b;--soft:#5a6875;--line:#d5dce2;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00;--third:#009e73;--grid:#101820}
+@media (prefers-color-scheme:dark){:root{--paper:#10161d;--ground:#0b1015;--ink:#e6ecf1;--soft:#93a1ae;--line:#2a3540;--card:#151d26;--hatch:#332e26;--hatch-line:#4a4336;--panel:#10161de6;--count:#56b4e9;--area:#e69f00;--third:#009e73;--grid:#9fb4c6}}
+@media print{:root{--paper:#fff;--ground:#fff;--ink:#000;--soft:#444;--line:#bbb;--card:#fff;--hatch:#e9e3d6;--hatch-line:#cfc5b0;--panel:#fffffff0;--count:#0072b2;--area:#e69f00;--third:#009e73;--grid:#101820}}
 *{box-sizing:border-box}
 body{margin:0;background:var(--ground);color:var(--ink);font:16px/1.5 system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;-webkit-print-color-adjust:exact;print-color-adjust:exact}
 header{background:linear-gradient(180deg,#0a1a2e 0%,#14304c 45%,#41677f 82%,#9db9c4 100%);color:#f4f8fb;padding:2.2rem 0 2.9rem}
@@ -61,6 +61,10 @@ figcaption,.keys{display:flex;flex-wrap:wrap;gap:.35rem 1.3rem;margin:.8rem 0 0;
 .swatch.by-count{background:var(--count)}.swatch.by-area{background:var(--area)}
 .chart{width:100%;max-width:760px;height:auto;display:block;margin:0 auto}
 .chart .grid{stroke:var(--line)}.chart text{fill:var(--soft);font-size:12px}
+.tone-a{--tone:var(--count)}.tone-b{--tone:var(--area)}.tone-c{--tone:var(--third)}
+.chart .curve{fill:none;stroke:var(--tone);stroke-width:1.7;stroke-linejoin:round}.chart .band{fill:var(--tone);fill-opacity:.18}
+.chart circle{fill:var(--tone);fill-opacity:.55}.swatch.line[class*=tone]{background:var(--tone)}
+h3{font-size:.95rem;font-weight:600;margin:1.1rem 0 .4rem}
 .scroll{overflow-x:auto}
 table{border-collapse:collapse;width:100%;font-size:.88rem}
 th,td{text-align:left;padding:.32rem .7rem .32rem 0;border-bottom:1px solid var(--line);vertical-align:top}
@@ -73,7 +77,7 @@ details{margin:.35rem 0}summary{cursor:pointer}
 ul{margin:.2rem 0;padding-left:1.2rem}
 .files{columns:16rem;font-size:.86rem;color:var(--soft)}
 footer{padding:.4rem 1.2rem 2rem;color:var(--soft);font-size:.84rem}
-@media (max-width:640px){svg.map text{font-size:23px}.map .scale,.map .north{display:none}header h1{font-size:1.5rem}section{padding:.9rem}main{padding:0 .6rem}header>div{padding:0 .9rem}.cards{grid-template-columns:1fr 1fr}.card dd{font-size:1.15rem}}
+@media (max-width:640px){svg.map text{font-size:23px}.chart text{font-size:19px}.map .scale,.map .north{display:none}header h1{font-size:1.5rem}section{padding:.9rem}main{padding:0 .6rem}header>div{padding:0 .9rem}.cards{grid-template-columns:1fr 1fr}.card dd{font-size:1.15rem}}
 @media print{header{color:#000;background:none;padding:0 0 .5rem}.switches{display:none}section,.card{break-inside:avoid;border-color:#bbb}.cards{margin-top:.5rem}svg.map{max-height:none}.scroll{overflow:visible}}
 )css";
 
