@@ -30,6 +30,7 @@ Status write_error_clouds(const std::filesystem::path& file,
     const int left = kGap + column++ * (kSide + kGap), top = kGap + kTitle;
     cv::Mat panel = picture(cv::Rect(left, top, kSide, kSide));
     const Accuracy accuracy = judge(cloud.looks);
+    char text[96];
     // Each panel by its own scale, with rings that say which: 2.5 times the error fills it.
     const double ring_m =
         std::pow(10.0, std::round(std::log10(std::max(1e-3, accuracy.absolute_m))));
@@ -39,14 +40,13 @@ Status write_error_clouds(const std::filesystem::path& file,
       return middle + cv::Point(static_cast<int>(std::lround(pixels_per_m * north_east.y())),
                                 -static_cast<int>(std::lround(pixels_per_m * north_east.x())));
     };
-    for (const double radius_m : {0.5 * ring_m, ring_m, 2.0 * ring_m, 5.0 * ring_m}) {
-      const int radius = static_cast<int>(std::lround(radius_m * pixels_per_m));
-      if (radius < 12 || radius > kSide) continue;
-      cv::circle(panel, middle, radius, kFaint, 1, cv::LINE_AA);
-      char text[24];
-      std::snprintf(text, sizeof text, "%g m", radius_m);
-      if (radius < kSide / 2 - 10) write(panel, text, middle + cv::Point(4, -radius - 3), 0.4);
-    }
+    const auto rings = {0.5 * ring_m, ring_m, 2.0 * ring_m, 5.0 * ring_m};
+    const auto radius_px = [&](double radius_m) {
+      return static_cast<int>(std::lround(radius_m * pixels_per_m));
+    };
+    for (const double radius_m : rings)
+      if (radius_px(radius_m) > 24 && radius_px(radius_m) < kSide)
+        cv::circle(panel, middle, radius_px(radius_m), kFaint, 1, cv::LINE_AA);
     cv::line(panel, {0, middle.y}, {kSide, middle.y}, kFaint, 1);
     cv::line(panel, {middle.x, 0}, {middle.x, kSide}, kFaint, 1);
     Eigen::Vector2d mean = Eigen::Vector2d::Zero();
@@ -56,10 +56,18 @@ Status write_error_clouds(const std::filesystem::path& file,
       if (i % step == 0)
         cv::circle(panel, at(cloud.looks.looks[i].error_m), 1, kDots, cv::FILLED, cv::LINE_AA);
     }
+    for (const double radius_m : rings) {
+      const int radius = radius_px(radius_m);
+      if (radius <= 24 || radius >= kSide / 2 - 14) continue;
+      std::snprintf(text, sizeof text, "%g m", radius_m);
+      const cv::Point place = middle + cv::Point(4, radius - 5);
+      cv::putText(panel, text, place, cv::FONT_HERSHEY_SIMPLEX, 0.42, cv::Scalar::all(255), 4,
+                  cv::LINE_AA);
+      write(panel, text, place, 0.42);
+    }
     cv::drawMarker(panel, at(mean), kMean, cv::MARKER_CROSS, 18, 2, cv::LINE_AA);
     cv::rectangle(panel, {0, 0, kSide, kSide}, kInk, 1);
     write(picture, cloud.title, {left, top - 12}, 0.55);
-    char text[96];
     std::snprintf(text, sizeof text, "absolute %.2f m, sharpness %.2f m", accuracy.absolute_m,
                   accuracy.sharpness_m);
     write(picture, text, {left, top + kSide + 22}, 0.48);
