@@ -47,13 +47,6 @@ struct Contender {
 /// What is drawn beside Algorithm 1: the estimate, or the oracle where there is none.
 [[nodiscard]] const Contender& drawn(const std::vector<Contender>& contenders);
 
-/// "Latest pose": each frame is taken to be captured when it arrives, and to have the last pose
-/// that had come in by then, as the thesis's node did.
-[[nodiscard]] Result<Flight> with_latest_pose(const Flight& flight);
-[[nodiscard]] Result<Flight> with_constant_delay(const Flight& flight, double delay_s);
-[[nodiscard]] Result<Flight> with_true_times(const Flight& flight, const sim::Truth& truth);
-[[nodiscard]] Flight with_mount(const Flight& flight, const Mount& mount);
-
 /// P(ice) of the floor on some grid.
 struct RoomMap {
   cv::Mat probability;  ///< CV_32F, NaN where never seen

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "drawing.hpp"
+#include "preparations.hpp"
 #include "study.hpp"
 #include "support/print_figure.hpp"
 #include "watersky/io/files.hpp"

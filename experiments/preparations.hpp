@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+/// What a flight is taken to be before it is mapped: ways to give each frame its time, and the
+/// camera its mount, that an estimate is compared with.
+#include "watersky/flight/flight.hpp"
+#include "watersky/sim/simulate.hpp"
+
+namespace watersky::study {
+
+/// "Latest pose": each frame is taken to be captured when it arrives, and to have the last pose
+/// that had come in by then, as the thesis's node did. InvalidInput without a time of arrival.
+[[nodiscard]] Result<Flight> with_latest_pose(const Flight& flight);
+[[nodiscard]] Result<Flight> with_constant_delay(const Flight& flight, double delay_s);
+/// InvalidInput when the truth is of another flight.
+[[nodiscard]] Result<Flight> with_true_times(const Flight& flight, const sim::Truth& truth);
+[[nodiscard]] Result<Flight> with_true_times_and_mount(const Flight& flight,
+                                                       const sim::Truth& truth);
+
+}  // namespace watersky::study
