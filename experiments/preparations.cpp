@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "preparations.hpp"
 
+#include "watersky/align/alignment.hpp"
+
 #include <algorithm>
 
 namespace watersky::study {
@@ -40,6 +42,11 @@ Result<Flight> with_true_times_and_mount(const Flight& flight, const sim::Truth&
   WATERSKY_TRY(Flight out, with_true_times(flight, truth));
   out.mount = truth.mount;
   return out;
+}
+
+Result<Flight> with_alignment(const Flight& flight) {
+  WATERSKY_TRY(const Alignment alignment, align_flight(flight, {.parameters = {}, .threads = 2}));
+  return aligned(flight, alignment);
 }
 
 }  // namespace watersky::study

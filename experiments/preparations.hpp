@@ -16,4 +16,7 @@ namespace watersky::study {
 [[nodiscard]] Result<Flight> with_true_times_and_mount(const Flight& flight,
                                                        const sim::Truth& truth);
 
+/// Ours: what the images tell of time, mount and poses, and nothing else.
+[[nodiscard]] Result<Flight> with_alignment(const Flight& flight);
+
 }  // namespace watersky::study

@@ -17,6 +17,7 @@ std::vector<Contender> contenders(const sim::Truth& truth) {
       {"tagged", "our map, latest pose", Mapper::IceMap, with_latest_pose},
       {"constant_250ms", "our map, 250 ms", Mapper::IceMap, constant},
       {"true_times", "our map, true times", Mapper::IceMap, times},
+      {"ours", "ours: our map, aligned by the images", Mapper::IceMap, with_alignment},
       {"oracle", "our map, true times and mount", Mapper::IceMap, all},
   };
 }

@@ -11,6 +11,7 @@ std::vector<Contender> contenders(const sim::Truth& truth) {
       {"true_times", "true times", [truth](const Flight& f) { return with_true_times(f, truth); }},
       {"true_times_and_mount", "true times and mount",
        [truth](const Flight& f) { return with_true_times_and_mount(f, truth); }},
+      {"ours", "ours: from the images", with_alignment},
   };
 }
 
