@@ -228,10 +228,10 @@ Status write_figure_4_3(const std::filesystem::path& file, const DrawnFlight& fl
   for (const Contender* contender : {&algorithm1, &ours}) {
     WATERSKY_TRY(const Flight prepared, contender->prepare(recording.flight));
     WATERSKY_TRY(const cv::Mat panel, laid_out(prepared, frame, recording, view));
-    sheet.put(
-        column, 1,
-        std::string(column == 0 ? "(c)" : "(d)") + " laid onto the floor: " + contender->title,
-        panel);
+    sheet.put(column, 1,
+              (column == 0 ? "(c) laid onto the floor: " : "(d) laid onto the floor: ") +
+                  contender->title,
+              panel);
     ++column;
   }
   return write_picture(file, sheet.picture());

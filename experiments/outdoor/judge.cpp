@@ -100,8 +100,9 @@ Accuracy judge(const Looks& looks) {
     anchor = k;
   }
   out.absolute_m = rms(looks, [](const Look&) { return Eigen::Vector2d::Zero().eval(); });
-  out.shape_m = rms(looks, [&](const Look&) { return offset; });
-  out.sharpness_m = rms(looks, [&](const Look& look) { return mean[look.point]; });
+  out.shape_m = rms(looks, [&](const Look&) -> const Eigen::Vector2d& { return offset; });
+  out.sharpness_m =
+      rms(looks, [&](const Look& look) -> const Eigen::Vector2d& { return mean[look.point]; });
   out.anchored_m = rms(looks, [&](const Look&) { return mean[anchor]; });
   return out;
 }

@@ -63,6 +63,7 @@ double median(std::vector<double> values) {
 template <class Value>
 std::vector<double> each(const std::vector<Trial>& trials, Value value) {
   std::vector<double> out;
+  out.reserve(trials.size());
   for (const Trial& trial : trials) out.push_back(value(trial));
   return out;
 }
