@@ -49,10 +49,10 @@ std::string delay_line(const AlignmentRun& run) {
                   1e3 * *run.given.delay_s);
     return text;
   }
-  std::snprintf(text, sizeof text, "  %-26s %s ± %s ms, from %.1f to %.1f in its slow course",
-                "delay", to_its_sigma(1e3 * delay.mean_s, 1e3 * delay.sigma_s).c_str(),
-                to_its_sigma(1e3 * delay.sigma_s, 1e3 * delay.sigma_s).c_str(), 1e3 * delay.least_s,
-                1e3 * delay.most_s);
+  std::string value = to_its_sigma(1e3 * delay.mean_s, 1e3 * delay.sigma_s);
+  if (delay.sigma_s > 0) value += " ± " + to_its_sigma(1e3 * delay.sigma_s, 1e3 * delay.sigma_s);
+  std::snprintf(text, sizeof text, "  %-26s %s ms, from %.1f to %.1f in its slow course", "delay",
+                value.c_str(), 1e3 * delay.least_s, 1e3 * delay.most_s);
   return text;
 }
 
