@@ -63,9 +63,12 @@ VerbResult run(const Options& o, const Common& common) {
   auto alignment = alignment_of(flight, o, options, progress);
   if (!alignment) return alignment.error().at(o.flight.flight);
   // Where nothing could be aligned the flight is mapped as it was given, by the mapping's own
-  // rules.
+  // rules, but for what was certainly wrong in its metadata.
   const bool better = *alignment && (*alignment)->alignment.method != AlignMethod::AsGiven;
-  auto run = map_flight(better ? (*alignment)->corrected : flight, options, progress);
+  auto run = map_flight(better        ? (*alignment)->corrected
+                        : *alignment ? (*alignment)->given
+                                     : flight,
+                        options, progress);
   if (!run) return run.error().at(o.flight.flight);
   if (*alignment) run->notes.insert(run->notes.begin(), summary(**alignment));
   Products products = products_of(*run);

@@ -439,9 +439,9 @@ Status Aligner::track(std::size_t most) {
   report(progress_, "tracking", n, n);
   set_knots(keyframes);
   if (adjustment_->groups.empty() && !lost.empty()) {
-    const auto most = std::max_element(
+    const auto commonest = std::max_element(
         lost.begin(), lost.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    out_.method_reason = "no frame could be tied to another (" + most->first + ")";
+    out_.method_reason = "no frame could be tied to another (" + commonest->first + ")";
   }
   return {};
 }

@@ -2,3 +2,193 @@
 #include "watersky/align/alignment.hpp"
 
 #include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "watersky/geo/rotation.hpp"
+#include "watersky/sim/simulate.hpp"
+
+namespace watersky {
+namespace {
+
+/// Small pictures of a short flight over ice: two legs that overlap, and the turn between them.
+sim::Scenario small_flight() {
+  sim::Scenario s = sim::scenario_preset("outdoor").value();
+  s.lens.width_px = 240;
+  s.lens.height_px = 192;
+  s.lens.focal_px = 285;
+  s.sensor.supersampling = 1;
+  s.sensor.noise_counts = 3;
+  s.sea.extent_north_m = 400;
+  s.sea.extent_east_m = 300;
+  s.aircraft.legs = 2;
+  s.aircraft.leg_length_m = 90;
+  s.camera.frame_rate_hz = 3;
+  return s;
+}
+
+/// How far the sea point in a picture's middle lies from where it is, root mean square.
+double error_m(const Flight& flight, const sim::Simulation& simulation) {
+  double square = 0.0;
+  int n = 0;
+  for (const ImageFrame& frame : flight.frames) {
+    const auto same = std::find_if(
+        simulation.flight.frames.begin(), simulation.flight.frames.end(),
+        [&](const ImageFrame& f) { return f.name == frame.name; });
+    const auto& truth =
+        simulation.truth.frames[static_cast<std::size_t>(same - simulation.flight.frames.begin())];
+    const auto pose = flight.camera_pose(frame, std::chrono::seconds(1));
+    if (!pose) continue;
+    const auto hit = [](const Rigid3<Sea, Camera>& sea_from_camera) -> Eigen::Vector2d {
+      const Eigen::Vector3d ray = sea_from_camera.rotation() * Eigen::Vector3d::UnitZ();
+      const Eigen::Vector3d& p = sea_from_camera.origin().v;
+      return (p - p.z() / ray.z() * ray).head<2>();
+    };
+    const Rigid3<Sea, World> sea_from_world =
+        ecef_from_sea(pose->sea_below).inverse() * flight.datum.ecef_from_world();
+    square += (hit(pose->sea_from_camera) - hit(sea_from_world * truth.world_from_camera))
+                  .squaredNorm();
+    ++n;
+  }
+  return n == 0 ? std::numeric_limits<double>::infinity() : std::sqrt(square / n);
+}
+
+const sim::Simulation& flown() {
+  static const auto simulation = [] {
+    sim::Simulation made = sim::simulate(small_flight()).value();
+    // Rendered once, not each time somebody looks.
+    for (ImageFrame& f : made.flight.frames)
+      f.load = [image = f.load({}).value()](const ImageRequest&) { return Result<cv::Mat>(image); };
+    return made;
+  }();
+  return simulation;
+}
+
+const Alignment& found() {
+  static const Alignment alignment = align_flight(flown().flight, {}).value();
+  return alignment;
+}
+
+TEST(AlignFlight, FindsDelayAndMountAndPutsTheSeaWhereItIs) {
+  const Alignment& alignment = found();
+  EXPECT_EQ(alignment.method, AlignMethod::Full) << alignment.method_reason;
+  EXPECT_LT(alignment.after.median_m, 0.3 * alignment.constant_delay.median_m);
+  const auto corrected = aligned(flown().flight, alignment);
+  ASSERT_TRUE(corrected) << corrected.error().message;
+  double worst_s = 0.0;
+  for (const AlignedFrame& f : alignment.frames)
+    worst_s = std::max(worst_s, std::abs(to_seconds(
+                                    f.captured - flown().truth.frames[f.index].captured_at)));
+  EXPECT_LT(worst_s, 0.06);
+  Flight constant = flown().flight;
+  constant.delay_s = 0.25;
+  // What is left is the mean error of the navigation, which no image shows.
+  EXPECT_LT(error_m(*corrected, flown()), 0.6 * error_m(constant, flown()));
+  double sigma2 = 0.0;
+  for (const Estimate& e : alignment.estimates)
+    if (e.name.starts_with("mount_about")) sigma2 += e.sigma * e.sigma;
+  EXPECT_LT(angle_between(corrected->mount.rotation, flown().truth.mount.rotation).degrees(),
+            3.0 * std::sqrt(sigma2));
+  EXPECT_LT(std::sqrt(sigma2), 2.5);
+}
+
+TEST(AlignFlight, IsTheSameEachTime) {
+  const auto again = align_flight(flown().flight, {});
+  ASSERT_TRUE(again);
+  ASSERT_EQ(again->frames.size(), found().frames.size());
+  for (std::size_t i = 0; i < again->frames.size(); ++i)
+    EXPECT_EQ(again->frames[i].captured, found().frames[i].captured);
+}
+
+TEST(AlignFlight, KeepsCaptureTimesThatAreKnown) {
+  Flight flight = flown().flight;
+  for (std::size_t i = 0; i < flight.frames.size(); ++i)
+    flight.frames[i].captured_at = flown().truth.frames[i].captured_at;
+  const auto alignment = align_flight(flight, {});
+  ASSERT_TRUE(alignment) << alignment.error().message;
+  EXPECT_FALSE(alignment->delay_estimated);
+  for (const AlignedFrame& f : alignment->frames)
+    EXPECT_EQ(f.captured, *flight.frames[f.index].captured_at);
+}
+
+TEST(AlignFlight, CovariancesAreThoseOfTheErrors) {
+  const Alignment& alignment = found();
+  const Flight corrected = aligned(flown().flight, alignment).value();
+  // Of a flight of half a minute under errors of a minute the offset is nearly all there is.
+  const double said_m = std::sqrt(alignment.shared_covariance_m2.trace());
+  const double is_m = error_m(corrected, flown());
+  EXPECT_GT(said_m, 0.3);
+  EXPECT_LT(is_m, 3.0 * said_m);
+}
+
+TEST(AlignFlight, PosesStandAtTheFramesOwnTimesAndSpanTheReadout) {
+  sim::Scenario scenario = small_flight();
+  scenario.sensor.readout_s = 0.02;
+  scenario.aircraft.legs = 1;
+  const auto simulation = sim::simulate(scenario).value();
+  const auto alignment = align_flight(simulation.flight, {}).value();
+  const Flight corrected = aligned(simulation.flight, alignment).value();
+  ASSERT_FALSE(corrected.frames.empty());
+  for (const ImageFrame& f : corrected.frames) {
+    ASSERT_TRUE(f.captured_at);
+    const auto at = corrected.trajectory.at(*f.captured_at, Duration(0));
+    ASSERT_TRUE(at) << at.error().message;
+    EXPECT_TRUE(at->covariance);
+    for (const double half_s : {-0.01, 0.01})
+      EXPECT_TRUE(corrected.trajectory.at(*f.captured_at + seconds(half_s), seconds(0.011)));
+  }
+}
+
+TEST(AlignFlight, SaysWhatItCannotDoAndStillAnswers) {
+  {  // one frame
+    Flight flight = flown().flight;
+    flight.frames.resize(1);
+    const auto alignment = align_flight(flight, {});
+    ASSERT_TRUE(alignment);
+    EXPECT_EQ(alignment->method, AlignMethod::AsGiven);
+    EXPECT_FALSE(alignment->method_reason.empty());
+  }
+  {  // nothing to hold on to
+    sim::Scenario scenario = small_flight();
+    scenario.aircraft.legs = 1;
+    scenario.sensor.water_texture = 0;
+    const auto water = sim::Sea::from_outlines({}, {}, {400, 300});
+    ASSERT_TRUE(water) << water.error().message;
+    const auto simulation = sim::simulate(scenario, *water).value();
+    const auto alignment = align_flight(simulation.flight, {});
+    ASSERT_TRUE(alignment) << alignment.error().message;
+    EXPECT_EQ(alignment->method, AlignMethod::AsGiven);
+    EXPECT_FALSE(alignment->method_reason.empty());
+  }
+  {  // images that cannot be read
+    Flight flight = flown().flight;
+    for (ImageFrame& f : flight.frames)
+      f.load = [](const ImageRequest&) {
+        return Result<cv::Mat>(Error{ErrorCode::NotFound, "gone"});
+      };
+    const auto alignment = align_flight(flight, {});
+    ASSERT_TRUE(alignment) << alignment.error().message;
+    EXPECT_EQ(alignment->method, AlignMethod::AsGiven);
+    EXPECT_FALSE(alignment->method_reason.empty());
+  }
+  {  // the height of the sea is never guessed
+    Flight flight = flown().flight;
+    flight.sea_level.reset();
+    const auto alignment = align_flight(flight, {});
+    ASSERT_FALSE(alignment);
+    EXPECT_EQ(alignment.error().code, ErrorCode::NotFound);
+  }
+}
+
+TEST(AlignFlight, ParametersOutOfRangeAreRefused) {
+  AlignOptions options;
+  options.parameters.tracked_points = 1;
+  const auto alignment = align_flight(flown().flight, options);
+  ASSERT_FALSE(alignment);
+  EXPECT_EQ(alignment.error().code, ErrorCode::Usage);
+}
+
+}  // namespace
+}  // namespace watersky

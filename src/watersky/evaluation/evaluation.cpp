@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 namespace watersky {
 
@@ -19,6 +20,21 @@ bool seen_around(const cv::Mat& probability, const Eigen::Vector2d& p, double ra
     for (int c = c0; c <= c1; ++c)
       if (std::isnan(probability.at<float>(r, c))) return false;
   return true;
+}
+
+constexpr double kNearEdge_m = 3.0;
+
+/// CV_8U, not 0 within `reach_cells` of where mostly ice meets mostly water.
+cv::Mat near_edges(const cv::Mat& share, double reach_cells) {
+  cv::Mat ice, edges;
+  cv::compare(share, 0.5, ice, cv::CMP_GT);
+  cv::morphologyEx(ice, edges, cv::MORPH_GRADIENT, cv::Mat::ones(3, 3, CV_8U));
+  cv::Mat distance, away;
+  cv::bitwise_not(edges, away);
+  cv::distanceTransform(away, distance, cv::DIST_L2, cv::DIST_MASK_5);
+  cv::Mat near;
+  cv::compare(distance, reach_cells, near, cv::CMP_LE);
+  return near;
 }
 
 }  // namespace
@@ -54,6 +70,20 @@ Result<Evaluation> evaluate(const MapRun& run, const sim::Truth& truth, double m
       });
   WATERSKY_CHECK(projected);
   out.raster = ice::compare(probability, share);
+
+  const cv::Mat located = located_probability(run, box);
+  const cv::Mat near = near_edges(share, kNearEdge_m / cell_m);
+  for (int r = 0; r < share.rows; ++r)
+    for (int c = 0; c < share.cols; ++c) {
+      const float p = probability.at<float>(r, c);
+      if (std::isnan(p)) continue;
+      const bool is_ice = share.at<float>(r, c) > 0.5F;
+      out.evidence.add(p, is_ice);
+      out.located.add(located.at<float>(r, c), is_ice);
+      if (near.at<uchar>(r, c) == 0) continue;
+      out.evidence_near_edges.add(p, is_ice);
+      out.located_near_edges.add(located.at<float>(r, c), is_ice);
+    }
 
   std::vector<ice::TruthObject> all, counted;
   for (const sim::IceObject& object : truth.sea.objects()) {

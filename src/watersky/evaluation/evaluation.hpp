@@ -4,6 +4,7 @@
 /// are judged by.
 #include <vector>
 
+#include "watersky/evaluation/segmentation_score.hpp"
 #include "watersky/ice/accuracy.hpp"
 #include "watersky/mapping/mapping.hpp"
 #include "watersky/sim/simulate.hpp"
@@ -18,6 +19,11 @@ struct Evaluation {
   /// Findings of at least that length, wholly seen, that no true object of any length matches.
   std::size_t false_objects = 0;
   std::vector<double> centroid_errors_m;  ///< of the matched, ascending
+
+  /// Whether P(ice) means what it says, of cells mostly ice or mostly water: of all seen, and of
+  /// those within 3 m of a true edge. `located`: softened by where the poses may be wrong, as the
+  /// product is; the others as the evidence lies.
+  Reliability located, located_near_edges, evidence, evidence_near_edges;
 
   /// The error that a share of the matched does not exceed; 0 when nothing matched.
   [[nodiscard]] double centroid_error_m(double share) const;

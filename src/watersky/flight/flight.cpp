@@ -19,6 +19,37 @@ Result<Time> Flight::capture_time(const ImageFrame& frame) const {
   return *frame.received_at - seconds(*delay_s);
 }
 
+namespace {
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+/// Of position and rotation along Sea's axes; nullopt where nobody said anything of them.
+std::optional<Matrix6> covariance_over_sea(const Flight& flight, const StampedPose& pose,
+                                           const Rigid3<Sea, World>& sea_from_world) {
+  const Eigen::Matrix3d turn = sea_from_world.rotation().toRotationMatrix();
+  Matrix6 covariance = Matrix6::Zero();
+  if (pose.covariance) {
+    // An alignment's: what was left of the mount's uncertainty is in it.
+    Matrix6 both = Matrix6::Zero();
+    both.topLeftCorner<3, 3>() = both.bottomRightCorner<3, 3>() = turn;
+    covariance = both * *pose.covariance * both.transpose();
+  } else if (pose.sigma) {
+    covariance.topLeftCorner<3, 3>() =
+        pose.sigma->position_north_east_down_m.cwiseAbs2().asDiagonal();
+    const Eigen::Matrix3d body = turn * pose.world_from_body.rotation().toRotationMatrix();
+    covariance.bottomRightCorner<3, 3>() =
+        body * pose.sigma->roll_pitch_yaw_rad.cwiseAbs2().asDiagonal() * body.transpose();
+    covariance.bottomRightCorner<3, 3>() +=
+        flight.mount.sigma_rad * flight.mount.sigma_rad * Eigen::Matrix3d::Identity();
+  } else {
+    return std::nullopt;
+  }
+  covariance(2, 2) += flight.sea_level->sigma_m * flight.sea_level->sigma_m;
+  return covariance;
+}
+
+}  // namespace
+
 Result<CameraPose> Flight::camera_pose(const ImageFrame& frame, Duration max_gap) const {
   if (!sea_level || !sea_level->height_ellipsoid_m)
     return Error{ErrorCode::NotFound, "the height of the sea is not known"};
@@ -64,9 +95,11 @@ Result<CameraPose> Flight::camera_pose(const ImageFrame& frame, Duration max_gap
     return Error{ErrorCode::NotFound, "the height of the sea under it is not a number"};
   const Rigid3<Sea, World> sea_from_world =
       ecef_from_sea(sea_below).inverse() * datum.ecef_from_world();
-  return CameraPose{
+  CameraPose out{
       *time,     world_from_camera, camera_position, sea_below, sea_from_world * world_from_camera,
       pose.sigma};
+  out.covariance = covariance_over_sea(*this, pose, sea_from_world);
+  return out;
 }
 
 }  // namespace watersky

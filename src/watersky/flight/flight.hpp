@@ -76,6 +76,9 @@ struct CameraPose {
   Geodetic sea_below;                   ///< the point of the sea under it
   Rigid3<Sea, Camera> sea_from_camera;  ///< in the tangent plane of the sea at sea_below
   std::optional<PoseSigma> sigma;
+  /// Of the camera along Sea's axes: position [m], then a rotation vector [rad]; with what is known
+  /// of the mount's and the sea level's sigmas. Without it nothing is known of any.
+  std::optional<Eigen::Matrix<double, 6, 6>> covariance{};
 };
 
 struct Flight {

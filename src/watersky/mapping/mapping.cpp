@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/mapping/mapping.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -179,6 +180,26 @@ std::string describe_mount(const Flight& flight) {
   return text;
 }
 
+/// How uncertain the place of a point of the sea is by a camera's covariance: cells².
+PositionCovariance place_covariance(const CameraPose& pose, const Eigen::Matrix2d& shared_m2,
+                                    const GridView& grid) {
+  const Eigen::Matrix2d cells_from_m = grid.sea_from_grid.topLeftCorner<2, 2>().inverse();
+  return [&pose, shared_m2, &grid, cells_from_m](const Eigen::Vector2d& at) -> Eigen::Matrix2d {
+    const Eigen::Vector2d place = (grid.sea_from_grid * at.homogeneous()).head<2>();
+    const Eigen::Vector3d& camera = pose.sea_from_camera.origin().v;
+    const Eigen::Vector3d ray(place.x() - camera.x(), place.y() - camera.y(), -camera.z());
+    // A camera moved by dp and turned by dφ: the ray's foot moves by dp + dφ × ray, slid along the
+    // ray back to the sea.
+    Eigen::Matrix<double, 3, 6> moved;
+    moved << Eigen::Matrix3d::Identity(), -skew(ray);
+    Eigen::Matrix<double, 2, 3> to_sea;
+    to_sea << 1, 0, -ray.x() / ray.z(), 0, 1, -ray.y() / ray.z();
+    const Eigen::Matrix<double, 2, 6> by_pose = to_sea * moved;
+    const Eigen::Matrix2d on_sea = by_pose * *pose.covariance * by_pose.transpose() + shared_m2;
+    return cells_from_m * on_sea * cells_from_m.transpose();
+  };
+}
+
 class FlightMapper {
  public:
   FlightMapper(const Flight& flight, const MappingOptions& options, const Progress& progress,
@@ -349,6 +370,9 @@ void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedF
   const GridView view = planned.grid.with(prepared->camera);
   const auto touched = run.map.update(view, prepared->evidence, planned.pose.time);
   if (!touched) return leave_out(touched.error());
+  if (planned.pose.covariance && options_.parameters.soften_by_pose && *touched > 0)
+    run.uncertainty.add(planned.grid, place_covariance(planned.pose, flight_.shared_covariance_m2,
+                                                       planned.grid));
   // A frame in fog is where it is, and belongs in the mosaic; it only says nothing of the ice.
   untold += prepared->known ? 0 : 1;
   if (*touched == 0 && prepared->known)
@@ -456,6 +480,10 @@ Result<MapRun> FlightMapper::run() {
 }
 
 }  // namespace
+
+cv::Mat located_probability(const MapRun& run, const CellBox& box) {
+  return run.uncertainty.softened(run.map.probability(box), box);
+}
 
 Result<MapRun> map_flight(const Flight& flight, const MappingOptions& options,
                           const Progress& progress) {

@@ -12,6 +12,7 @@
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/map/ice_map.hpp"
 #include "watersky/map/mosaic.hpp"
+#include "watersky/map/position_uncertainty.hpp"
 #include "watersky/vision/segmentation.hpp"
 
 namespace watersky {
@@ -41,6 +42,7 @@ struct MappingParameters {
   double sigma_m = 0.0;
   double min_grazing_deg = 10.0;
   double max_pose_gap_s = 0.5;
+  bool soften_by_pose = true;
   bool mosaic = true;
   bool skip_duplicates = true;
   bool correct_sensor = true;
@@ -51,6 +53,9 @@ struct MappingParameters {
     visit(self.sigma_m,
           ParameterInfo{"sigma_m", "m",
                         "Gaussian softening on the sea for where the pose may be wrong", 0, 1000});
+    visit(self.soften_by_pose,
+          ParameterInfo{"soften_by_pose", "1",
+                        "soften the probabilities by how uncertain the poses leave the place"});
     visit(self.min_grazing_deg, ParameterInfo{"min_grazing_deg", "deg",
                                               "sea seen at a flatter angle is not used", 1, 89});
     visit(self.max_pose_gap_s,
@@ -109,6 +114,7 @@ struct MapRun {
   MapReference reference;
   IceMap map;
   Mosaic mosaic{};
+  PositionUncertainty uncertainty{};  ///< of where the map's evidence lies
   std::vector<UsedFrame> used{};
   std::vector<LeftOut> left_out{};
   std::vector<SensorEvent> sensor_events{};
@@ -123,6 +129,9 @@ struct MapRun {
   bool times_are_utc = true;
   double wall_s = 0.0;
 };
+
+/// P(ice) of a run's cells (CV_32F, NaN unseen), softened by where they may be.
+[[nodiscard]] cv::Mat located_probability(const MapRun& run, const CellBox& box);
 
 /// Maps a flight. A frame that cannot be used is left out with its reason; OutOfRange when that
 /// leaves none, with the commonest reason in the message. Fails with NotFound when the flight

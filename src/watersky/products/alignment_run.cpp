@@ -53,19 +53,33 @@ void put_back_as_given(const Flight& given, Duration max_gap, Alignment& alignme
   alignment.frames = std::move(kept);
 }
 
+/// The check asks where frames lie, roughly: it allows for a delay itself.
+Result<MetadataCheck> checked_metadata(const Flight& flight, const Progress& progress) {
+  constexpr double kAnyDelay_s = 0.2;
+  if (flight.delay_s) return check_metadata(flight, {}, progress);
+  Flight timed = flight;
+  timed.delay_s = kAnyDelay_s;
+  return check_metadata(timed, {}, progress);
+}
+
 }  // namespace
 
-Result<AlignmentRun> run_alignment(const Flight& flight, const AlignOptions& options,
+Result<AlignmentRun> run_alignment(const Flight& recorded, const AlignOptions& options,
                                    const Progress& progress) {
   const auto started = std::chrono::steady_clock::now();
+  WATERSKY_TRY(MetadataCheck metadata, checked_metadata(recorded, progress));
+  WATERSKY_TRY(Flight flight, mended(recorded, metadata.findings));
+  for (const MetadataFinding& finding : metadata.findings)
+    if (!finding.certain) flight.notes.push_back(finding.sentence);
   WATERSKY_TRY(Alignment alignment, align_flight(flight, options, progress));
   if (alignment.method == AlignMethod::AsGiven)
     put_back_as_given(flight, seconds(options.parameters.align_max_pose_gap_s), alignment);
   WATERSKY_TRY(Flight corrected, aligned(flight, alignment));
-  AlignmentRun run{flight, std::move(corrected), std::move(alignment), options.parameters,
+  AlignmentRun run{std::move(flight), std::move(corrected), std::move(alignment), options.parameters,
                    options.threads};
   run.corrected.notes.insert(run.corrected.notes.end(), run.alignment.notes.begin(),
                              run.alignment.notes.end());
+  run.metadata = std::move(metadata);
   run.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   return run;
 }

@@ -6,20 +6,22 @@
 #include <vector>
 
 #include "watersky/align/alignment.hpp"
+#include "watersky/align/metadata_check.hpp"
 
 namespace watersky {
 
 struct AlignmentRun {
-  Flight given;
+  Flight given;  ///< with what was certainly wrong in its metadata mended
   /// As aligned() has it; of its frames, in their order, `alignment.frames` tells.
   Flight corrected;
   Alignment alignment;
   AlignParameters parameters;
   int threads = 1;
   double wall_s = 0.0;
+  MetadataCheck metadata{};  ///< of the flight as it was recorded
 };
 
-/// Aligns a flight. Where nothing could be aligned the corrected flight is the given one, without
+/// Checks a flight's metadata, mends what is certain, and aligns it. Where nothing could be aligned the corrected flight is the given one, without
 /// the frames of which only the arrival is known when no delay is: a time is never guessed. Fails
 /// as align_flight and aligned do.
 [[nodiscard]] Result<AlignmentRun> run_alignment(const Flight& flight, const AlignOptions& options,

@@ -134,11 +134,13 @@ Status run_tasks(const std::vector<Task>& tasks, const fs::path& folder, int thr
 }  // namespace
 
 void analyse(Products& products) {
-  products.concentration =
-      ice::concentration(products.rasters.probability, products.ground_cell_m(),
-                         products.object_parameters.ice_probability);
+  // Shapes are those of the evidence: a growler whose place is uncertain is no smaller for it.
+  ice::Rasters sharp = products.rasters;
+  if (!products.evidence_probability.empty()) sharp.probability = products.evidence_probability;
+  products.concentration = ice::concentration(sharp.probability, products.ground_cell_m(),
+                                              products.object_parameters.ice_probability);
   products.objects =
-      ice::find_objects(products.rasters, products.ground_cell_m(), products.object_parameters);
+      ice::find_objects(sharp, products.ground_cell_m(), products.object_parameters);
   products.floes = ice::floe_statistics(products.objects);
 }
 

@@ -30,6 +30,9 @@ struct Products {
   Projection projection;
   std::array<double, 6> geotransform{};  ///< of the rasters, north up
   ice::Rasters rasters;
+  /// P(ice) by the evidence as it lies, not softened by where the poses may be wrong: what shapes
+  /// and sizes are measured on. Empty: rasters.probability is that.
+  cv::Mat evidence_probability;
   cv::Mat mosaic_bgra;  ///< CV_8UC4 (fourth channel: seen), of the rasters' size; may be empty
 
   ice::ObjectParameters object_parameters;

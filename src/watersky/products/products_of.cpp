@@ -11,7 +11,8 @@ Products products_of(const MapRun& run, const ice::ObjectParameters& parameters)
   Products p(run.reference.projection);
   p.flight_name = run.flight_name;
   p.geotransform = run.reference.geotransform(box);
-  p.rasters = {run.map.probability(box), run.map.looks(box), run.map.last_seen_s(box)};
+  if (!run.uncertainty.empty()) p.evidence_probability = run.map.probability(box);
+  p.rasters = {located_probability(run, box), run.map.looks(box), run.map.last_seen_s(box)};
   if (!run.mosaic.empty()) p.mosaic_bgra = run.mosaic.bgra(box);
   p.object_parameters = parameters;
   p.used = run.used;

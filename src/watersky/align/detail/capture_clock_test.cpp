@@ -68,7 +68,9 @@ TEST(FindSlots, PutsEveryFrameIntoItsOwnSlot) {
   for (std::size_t i = 0; i < truth.size(); ++i) {
     const bool wrong = slots->slot[i] - slots->slot[0] != truth[i] - truth[0];
     (std::isfinite(sigma[i]) ? wrong_seen : wrong_blind) += wrong ? 1 : 0;
-    if (i > 0) EXPECT_GT(slots->slot[i], slots->slot[i - 1]);
+    if (i > 0) {
+      EXPECT_GT(slots->slot[i], slots->slot[i - 1]);
+    }
   }
   EXPECT_EQ(wrong_seen, 0U);
   EXPECT_LT(wrong_blind, truth.size() / 20);

@@ -142,6 +142,7 @@ Status apply(const MetadataFinding& finding, Flight& flight) {
       for (const std::size_t i : finding.frames) {
         if (i >= flight.frames.size())
           return Error{ErrorCode::Usage, "the findings are those of another flight"};
+        flight.frames[i].file.clear();  // its bytes are turned the other way
         flight.frames[i].load = turned_back(std::move(flight.frames[i].load), finding.quarter_turns,
                                             flight.camera.width_px(), flight.camera.height_px());
       }
