@@ -65,7 +65,7 @@ VerbResult run(const Options& o, const Common& common) {
   // Where nothing could be aligned the flight is mapped as it was given, by the mapping's own
   // rules, but for what was certainly wrong in its metadata.
   const bool better = *alignment && (*alignment)->alignment.method != AlignMethod::AsGiven;
-  auto run = map_flight(better        ? (*alignment)->corrected
+  auto run = map_flight(better       ? (*alignment)->corrected
                         : *alignment ? (*alignment)->given
                                      : flight,
                         options, progress);

@@ -34,9 +34,8 @@ double error_m(const Flight& flight, const sim::Simulation& simulation) {
   double square = 0.0;
   int n = 0;
   for (const ImageFrame& frame : flight.frames) {
-    const auto same = std::find_if(
-        simulation.flight.frames.begin(), simulation.flight.frames.end(),
-        [&](const ImageFrame& f) { return f.name == frame.name; });
+    const auto same = std::find_if(simulation.flight.frames.begin(), simulation.flight.frames.end(),
+                                   [&](const ImageFrame& f) { return f.name == frame.name; });
     const auto& truth =
         simulation.truth.frames[static_cast<std::size_t>(same - simulation.flight.frames.begin())];
     const auto pose = flight.camera_pose(frame, std::chrono::seconds(1));
@@ -48,8 +47,8 @@ double error_m(const Flight& flight, const sim::Simulation& simulation) {
     };
     const Rigid3<Sea, World> sea_from_world =
         ecef_from_sea(pose->sea_below).inverse() * flight.datum.ecef_from_world();
-    square += (hit(pose->sea_from_camera) - hit(sea_from_world * truth.world_from_camera))
-                  .squaredNorm();
+    square +=
+        (hit(pose->sea_from_camera) - hit(sea_from_world * truth.world_from_camera)).squaredNorm();
     ++n;
   }
   return n == 0 ? std::numeric_limits<double>::infinity() : std::sqrt(square / n);
@@ -79,19 +78,15 @@ TEST(AlignFlight, FindsDelayAndMountAndPutsTheSeaWhereItIs) {
   ASSERT_TRUE(corrected) << corrected.error().message;
   double worst_s = 0.0;
   for (const AlignedFrame& f : alignment.frames)
-    worst_s = std::max(worst_s, std::abs(to_seconds(
-                                    f.captured - flown().truth.frames[f.index].captured_at)));
+    worst_s = std::max(
+        worst_s, std::abs(to_seconds(f.captured - flown().truth.frames[f.index].captured_at)));
   EXPECT_LT(worst_s, 0.06);
   Flight constant = flown().flight;
   constant.delay_s = 0.25;
   // What is left is the mean error of the navigation, which no image shows.
   EXPECT_LT(error_m(*corrected, flown()), 0.6 * error_m(constant, flown()));
-  double sigma2 = 0.0;
-  for (const Estimate& e : alignment.estimates)
-    if (e.name.starts_with("mount_about")) sigma2 += e.sigma * e.sigma;
-  EXPECT_LT(angle_between(corrected->mount.rotation, flown().truth.mount.rotation).degrees(),
-            3.0 * std::sqrt(sigma2));
-  EXPECT_LT(std::sqrt(sigma2), 2.5);
+  // In half a minute the attitude's own error of 0.7° hardly averages out.
+  EXPECT_LT(angle_between(corrected->mount.rotation, flown().truth.mount.rotation).degrees(), 1.7);
 }
 
 TEST(AlignFlight, IsTheSameEachTime) {

@@ -13,7 +13,9 @@ namespace {
 constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
 
 cv::Mat row(const std::vector<float>& values) { return cv::Mat(values, true).reshape(1, 1); }
-cv::Mat mask(const std::vector<unsigned char>& values) { return cv::Mat(values, true).reshape(1, 1); }
+cv::Mat mask(const std::vector<unsigned char>& values) {
+  return cv::Mat(values, true).reshape(1, 1);
+}
 
 TEST(SegmentationScore, CountsByHand) {
   const auto s = score_segmentation(row({0.9F, 0.8F, 0.6F, 0.2F, 0.1F, 0.4F, kNaN, 0.7F}),

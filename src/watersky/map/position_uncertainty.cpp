@@ -84,8 +84,7 @@ cv::Mat gaussian_mean(const cv::Mat& values, const Eigen::Matrix2d& covariance) 
   }
   const double widest = std::sqrt(std::max(covariance(0, 0), covariance(1, 1)));
   const int half = std::max(1, static_cast<int>(std::ceil(3.0 * widest)));
-  const Eigen::Matrix2d inverse =
-      (covariance + 1e-4 * Eigen::Matrix2d::Identity()).inverse();
+  const Eigen::Matrix2d inverse = (covariance + 1e-4 * Eigen::Matrix2d::Identity()).inverse();
   cv::Mat kernel(2 * half + 1, 2 * half + 1, CV_32F);
   for (int y = -half; y <= half; ++y)
     for (int x = -half; x <= half; ++x) {

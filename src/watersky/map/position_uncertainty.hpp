@@ -2,11 +2,11 @@
 #pragma once
 /// Where the evidence of a map lies, and how surely.
 ///
-/// Looks at one place err together: the same pose error, the same offset of the whole flight, thirty
-/// times a second. Softening each look would be undone when they add up. So evidence is added
-/// sharp, this keeps beside it how far the looks at each block of cells may all be off, and the
-/// softening is done once, on the probabilities: P(ice) at a place is the mean of the map over where
-/// that place may be.
+/// Looks at one place err together: the same pose error, the same offset of the whole flight,
+/// thirty times a second. Softening each look would be undone when they add up. So evidence is
+/// added sharp, this keeps beside it how far the looks at each block of cells may all be off, and
+/// the softening is done once, on the probabilities: P(ice) at a place is the mean of the map over
+/// where that place may be.
 #include <Eigen/Core>
 #include <array>
 #include <functional>

@@ -19,8 +19,8 @@ GridView whole(const CellBox& box) {
                 .footprint = {},
                 .box = box};
   const double c0 = box.first_column - 0.5, r0 = box.first_row - 0.5;
-  view.footprint = {{c0, r0}, {c0 + box.columns, r0}, {c0 + box.columns, r0 + box.rows},
-                    {c0, r0 + box.rows}};
+  view.footprint = {
+      {c0, r0}, {c0 + box.columns, r0}, {c0 + box.columns, r0 + box.rows}, {c0, r0 + box.rows}};
   return view;
 }
 

@@ -43,7 +43,7 @@ struct PreparedFrame {
   cv::Mat evidence;  ///< CV_32F log-odds minus the prior's; NaN: not known
   CameraModel camera;
   double ice_fraction = 0.0;
-  bool known = false;  ///< whether anything in it could be told
+  bool known = false;             ///< whether anything in it could be told
   detail::FrameWatch::Seen seen;  ///< to tell what the camera did
 };
 
@@ -346,8 +346,7 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
     return Error{ErrorCode::OutOfRange, "the masks leave nothing of it"};
   const cv::Mat image = sensor_.correct(raw);
   WATERSKY_TRY(const cv::Mat p_ice, segmenter_.segment(image, valid));
-  PreparedFrame prepared{
-      .image = {}, .evidence = {}, .camera = camera, .seen = {}};
+  PreparedFrame prepared{.image = {}, .evidence = {}, .camera = camera, .seen = {}};
   // As it came: what the camera did must not be told from what we made of it.
   prepared.seen = detail::FrameWatch::seen(raw, p.skip_duplicates, p.correct_sensor);
   prepared.evidence = to_evidence(p_ice, p.map.prior, prepared.ice_fraction, prepared.known);
@@ -371,8 +370,8 @@ void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedF
   const auto touched = run.map.update(view, prepared->evidence, planned.pose.time);
   if (!touched) return leave_out(touched.error());
   if (planned.pose.covariance && options_.parameters.soften_by_pose && *touched > 0)
-    run.uncertainty.add(planned.grid, place_covariance(planned.pose, flight_.shared_covariance_m2,
-                                                       planned.grid));
+    run.uncertainty.add(planned.grid,
+                        place_covariance(planned.pose, flight_.shared_covariance_m2, planned.grid));
   // A frame in fog is where it is, and belongs in the mosaic; it only says nothing of the ice.
   untold += prepared->known ? 0 : 1;
   if (*touched == 0 && prepared->known)

@@ -75,8 +75,8 @@ Result<AlignmentRun> run_alignment(const Flight& recorded, const AlignOptions& o
   if (alignment.method == AlignMethod::AsGiven)
     put_back_as_given(flight, seconds(options.parameters.align_max_pose_gap_s), alignment);
   WATERSKY_TRY(Flight corrected, aligned(flight, alignment));
-  AlignmentRun run{std::move(flight), std::move(corrected), std::move(alignment), options.parameters,
-                   options.threads};
+  AlignmentRun run{std::move(flight), std::move(corrected), std::move(alignment),
+                   options.parameters, options.threads};
   run.corrected.notes.insert(run.corrected.notes.end(), run.alignment.notes.begin(),
                              run.alignment.notes.end());
   run.metadata = std::move(metadata);

@@ -21,9 +21,9 @@ struct AlignmentRun {
   MetadataCheck metadata{};  ///< of the flight as it was recorded
 };
 
-/// Checks a flight's metadata, mends what is certain, and aligns it. Where nothing could be aligned the corrected flight is the given one, without
-/// the frames of which only the arrival is known when no delay is: a time is never guessed. Fails
-/// as align_flight and aligned do.
+/// Checks a flight's metadata, mends what is certain, and aligns it. Where nothing could be aligned
+/// the corrected flight is the given one, without the frames of which only the arrival is known
+/// when no delay is: a time is never guessed. Fails as align_flight and aligned do.
 [[nodiscard]] Result<AlignmentRun> run_alignment(const Flight& flight, const AlignOptions& options,
                                                  const Progress& progress = {});
 

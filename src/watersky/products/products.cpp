@@ -139,8 +139,7 @@ void analyse(Products& products) {
   if (!products.evidence_probability.empty()) sharp.probability = products.evidence_probability;
   products.concentration = ice::concentration(sharp.probability, products.ground_cell_m(),
                                               products.object_parameters.ice_probability);
-  products.objects =
-      ice::find_objects(sharp, products.ground_cell_m(), products.object_parameters);
+  products.objects = ice::find_objects(sharp, products.ground_cell_m(), products.object_parameters);
   products.floes = ice::floe_statistics(products.objects);
 }
 

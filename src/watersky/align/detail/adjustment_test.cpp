@@ -27,17 +27,16 @@ Flight weaving_flight() {
   const Datum datum(Geodetic{Angle::degrees(78.9), Angle::degrees(11.9), 30.0});
   Eigen::Matrix3d matrix;
   matrix << kFocal_px, 0, 319.5, 0, kFocal_px, 255.5, 0, 0, 1;
-  Flight flight("weaving", datum,
-                CameraModel::make(LensModel::Pinhole, 640, 512, matrix).value());
+  Flight flight("weaving", datum, CameraModel::make(LensModel::Pinhole, 640, 512, matrix).value());
   flight.mount.rotation =
       camera_rotation({Angle::degrees(0), Angle::degrees(-90), Angle::degrees(0)});
   flight.sea_level = SeaLevel{[](const Geodetic&) { return Result<double>(0.0); }, "0", 0.0};
   std::vector<StampedPose> poses;
   for (int i = 0; i <= 1500; ++i) {
     const double t = 0.02 * i;
-    const Eigen::Quaterniond turn =
-        rotation_from({Angle::radians(0.3 * std::sin(0.7 * t)), Angle::radians(0.06 * std::sin(1.1 * t)),
-                       Angle::radians(0.12 * std::sin(0.9 * t + 1))});
+    const Eigen::Quaterniond turn = rotation_from({Angle::radians(0.3 * std::sin(0.7 * t)),
+                                                   Angle::radians(0.06 * std::sin(1.1 * t)),
+                                                   Angle::radians(0.12 * std::sin(0.9 * t + 1))});
     StampedPose pose;
     pose.time = Time(std::chrono::seconds(1000)) + seconds(t);
     pose.world_from_body = Rigid3<World, Body>(
@@ -52,8 +51,7 @@ Flight weaving_flight() {
 struct Case {
   explicit Case(const Scene& scene)
       : flight(weaving_flight()),
-        frame(flight.datum, *flight.sea_level,
-              flight.datum.geodetic(Point<World>{{180, 0, 0}})),
+        frame(flight.datum, *flight.sea_level, flight.datum.geodetic(Point<World>{{180, 0, 0}})),
         navigation(Navigation::make(flight, frame, 1.0).value()),
         adjustment(navigation, flight.mount, kFocal_px, scene.readout_s) {
     std::mt19937 random(scene.seed);
@@ -71,7 +69,8 @@ struct Case {
       adjustment.knot_times_s.push_back(captured_s);
       const NavigationSample nav = navigation.at(captured_s);
       for (int c = 0; c < 3; ++c)
-        error[c] = 0.98 * error[c] + scene.position_error_m * std::sqrt(1 - 0.98 * 0.98) * normal(random);
+        error[c] =
+            0.98 * error[c] + scene.position_error_m * std::sqrt(1 - 0.98 * 0.98) * normal(random);
       ModelCamera camera;
       camera.rotation = nav.reference * flight.mount.rotation * exp_rotation(scene.boresight);
       camera.position_m = nav.position_m - error;
@@ -93,14 +92,14 @@ struct Case {
               cameras[static_cast<std::size_t>(h)].at_row(host_row, scene.readout_s);
           const Eigen::Vector3d ray = a.rotation * host.homogeneous();
           Eigen::Vector3d place = a.position_m - a.position_m.z() / ray.z() * ray;
-          place.head<2>() += (times_s[static_cast<std::size_t>(f)] -
-                              times_s[static_cast<std::size_t>(h)]) * scene.drift_m_s;
+          place.head<2>() +=
+              (times_s[static_cast<std::size_t>(f)] - times_s[static_cast<std::size_t>(h)]) *
+              scene.drift_m_s;
           // The row that sees it depends on where it is seen.
           double row = 0.0;
           Eigen::Vector2d seen;
           for (int i = 0; i < 6; ++i) {
-            const ModelCamera b =
-                cameras[static_cast<std::size_t>(f)].at_row(row, scene.readout_s);
+            const ModelCamera b = cameras[static_cast<std::size_t>(f)].at_row(row, scene.readout_s);
             const Eigen::Vector3d d = b.rotation.conjugate() * (place - b.position_m);
             seen = d.hnormalized();
             row = seen.y() * kFocal_px / 512.0;
@@ -188,7 +187,8 @@ TEST(Adjustment, SigmasAreHonest) {
     const auto known = c.adjustment.knowledge();
     ASSERT_TRUE(known);
     for (int k = 0; k < 3; ++k, ++n)
-      sum += std::pow((c.adjustment.state.globals[k] - scene.boresight[k]) / known->globals_sigma[k], 2);
+      sum += std::pow(
+          (c.adjustment.state.globals[k] - scene.boresight[k]) / known->globals_sigma[k], 2);
     sum += std::pow((c.adjustment.state.delay_s[0] - scene.delay_s) / known->delay_sigma_s[0], 2);
     ++n;
   }
