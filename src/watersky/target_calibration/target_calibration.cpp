@@ -357,8 +357,7 @@ Result<TargetCalibration> calibrate_views(std::vector<CalibrationView> views, in
     const double sigma = pixel_sigma(result, fit, p);
     if (!(sigma <= result.corner_sigma_px)) result.corner_sigma_px = sigma;
   }
-  result.corner_sigma_middle_px =
-      pixel_sigma(result, fit, {0.5 * (width_px - 1), 0.5 * (height_px - 1)});
+  result.middle_sigma_px = pixel_sigma(result, fit, {0.5 * (width_px - 1), 0.5 * (height_px - 1)});
   result.notes = notes_of(result, fit);
   return result;
 }

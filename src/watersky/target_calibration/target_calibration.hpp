@@ -134,7 +134,7 @@ struct TargetCalibration {
   std::size_t points = 0;
   /// Largest over the image's corners, of where the lens shows a given direction.
   double corner_sigma_px = 0.0;
-  double corner_sigma_middle_px = 0.0;  ///< the same in the image's middle
+  double middle_sigma_px = 0.0;  ///< the same in the image's middle
   ImageCoverage coverage;
   double tilt_spread_deg = 0.0;  ///< largest angle between two views' targets
   std::vector<CalibrationView> views;

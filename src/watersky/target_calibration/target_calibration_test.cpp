@@ -19,7 +19,7 @@ static void show(const Result<TargetCalibration>& r, const CameraModel& cam, dou
       "tilt %.0f\n",
       t, r->rms_px, r->sigma_px, r->used_views(), r->views.size(),
       std::string(name_of(r->kind)).c_str(), to_string(r->size).c_str(), r->coverage.share,
-      r->corner_sigma_px, r->corner_sigma_middle_px, r->tilt_spread_deg);
+      r->corner_sigma_px, r->middle_sigma_px, r->tilt_spread_deg);
   for (auto& p : r->parameters) {
     double truth;
     const auto& a = cam.camera_matrix();
