@@ -87,8 +87,8 @@ std::string view_jpeg(const cv::Mat& image, const CalibrationView& view) {
     const cv::Point at(static_cast<int>(std::lround(((p.u + 0.5) * scale - 0.5) * (1 << kShift))),
                        static_cast<int>(std::lround(((p.v + 0.5) * scale - 0.5) * (1 << kShift))));
     if (view.used && !view.left_out[i]) {
-      cv::circle(picture, at, 4 << kShift, {255, 255, 255}, 2, cv::LINE_AA, kShift);
-      cv::circle(picture, at, 4 << kShift, color(kFloeColor), 1, cv::LINE_AA, kShift);
+      cv::circle(picture, at, 3 << kShift, {255, 255, 255}, 2, cv::LINE_AA, kShift);
+      cv::circle(picture, at, 3 << kShift, color(kFloeColor), 1, cv::LINE_AA, kShift);
     } else {
       const cv::Point a(4 << kShift, 4 << kShift), b(4 << kShift, -(4 << kShift));
       for (const cv::Point& arm : {a, b})

@@ -91,6 +91,9 @@ std::string figures_section(const TargetCalibration& c) {
          figure(coverage_svg(c),
                 "Points in each part of the image. Hatched parts have none: there the distortion "
                 "is a continuation of what was seen elsewhere.") +
+         figure(tilt_svg(c),
+                "How the target was tilted: a disc for each view lies to the side to which the "
+                "target faces. All sides, and 20° to 45°, tell the focal length best.") +
          "</div></section><section><h2>Distortion</h2><div class=\"pair even\">" +
          figure(distortion_svg(c),
                 "A straight grid as the lens shows it; dashed, as a lens without distortion "
@@ -223,6 +226,7 @@ std::string making_section(const CameraCalibrationRun& run) {
 }
 
 constexpr const char* kCss =
+    ".cards{grid-template-columns:repeat(3,minmax(0,1fr))}"
     ".pair{display:grid;grid-template-columns:minmax(0,5fr) minmax(0,3fr);gap:1.6rem;"
     "align-items:start}.pair.even{grid-template-columns:1fr 1fr}"
     ".counts text{fill:var(--ink);font-size:10px;opacity:.75}"
@@ -233,7 +237,8 @@ constexpr const char* kCss =
     "margin-top:1.2rem}.shot img{width:100%;height:auto;border-radius:4px;display:block}"
     ".shot figcaption{display:block;margin:.35rem 0 0}.shot figcaption>*{display:block;"
     "overflow-wrap:anywhere}"
-    "@media(max-width:760px){.pair,.pair.even{grid-template-columns:1fr}}"
+    "@media(max-width:760px){.cards{grid-template-columns:1fr "
+    "1fr}.pair,.pair.even{grid-template-columns:1fr}}"
     "@media print{.shot{break-inside:avoid}}";
 
 }  // namespace

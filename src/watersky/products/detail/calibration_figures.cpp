@@ -150,6 +150,35 @@ std::string coverage_svg(const TargetCalibration& calibration) {
          dots + "</g>" + frame.border() + "</svg>";
 }
 
+std::string tilt_svg(const TargetCalibration& calibration) {
+  constexpr double kMiddle = 150, kReach = 130;
+  double most = 45;
+  for (const CalibrationView& view : calibration.views)
+    if (view.used) most = std::max(most, view.tilt_deg);
+  most = std::ceil(most / 15) * 15;
+  std::string rings, dots;
+  for (double tilt = 15; tilt <= most; tilt += 15) {
+    const double r = kReach * tilt / most;
+    rings += "<circle class=\"grid\" cx=\"150\" cy=\"150\" r=\"" + number(r, 1) +
+             "\" fill=\"none\"/><text x=\"" + number(kMiddle + 0.7071 * r + 3, 1) + "\" y=\"" +
+             number(kMiddle - 0.7071 * r - 2, 1) + "\">" + number(tilt, 0) + "°</text>";
+  }
+  for (const CalibrationView& view : calibration.views) {
+    if (!view.used || !view.camera_from_target) continue;
+    // The side of the normal that looks at the camera; it leans to where the target faces.
+    Eigen::Vector3d normal = view.camera_from_target->col(2);
+    if (normal.z() > 0) normal = -normal;
+    const double across = std::hypot(normal.x(), normal.y());
+    const double r = kReach * view.tilt_deg / most / std::max(across, 1e-9);
+    dots += "<circle class=\"by-count\" fill-opacity=\".8\" cx=\"" +
+            number(kMiddle + r * normal.x(), 1) + "\" cy=\"" + number(kMiddle + r * normal.y(), 1) +
+            "\" r=\"5\"/>";
+  }
+  return "<svg class=\"chart\" viewBox=\"0 0 300 300\" style=\"max-width:330px\" role=\"img\" "
+         "aria-label=\"Tilt of the target\"><path class=\"grid\" d=\"M20 150H280M150 20V280\"/>" +
+         rings + dots + "</svg>";
+}
+
 std::string distortion_svg(const TargetCalibration& calibration) {
   const CameraModel& camera = calibration.camera;
   const Frame frame(camera);

@@ -13,6 +13,8 @@ namespace watersky::detail {
 [[nodiscard]] std::string residual_cloud_svg(const TargetCalibration& calibration);
 /// How many points each part of the image has; parts without any are hatched.
 [[nodiscard]] std::string coverage_svg(const TargetCalibration& calibration);
+/// To which side and how far the target was tilted in each view.
+[[nodiscard]] std::string tilt_svg(const TargetCalibration& calibration);
 /// A straight grid as the lens shows it.
 [[nodiscard]] std::string distortion_svg(const TargetCalibration& calibration);
 /// How far the lens moves pixels off a straight one's, along the radius to the farthest corner.

@@ -148,7 +148,7 @@ void ViewSelection::reject_blurred() {
   if (widths.size() < 4) return;
   const Spread usual = spread_of(widths);
   const double most = std::max({usual.middle + parameters_.outlier_mads * usual.sigma,
-                                2 * usual.middle, usual.middle + 2.0});
+                                1.5 * usual.middle, usual.middle + 1.0});
   for (std::size_t i = active_.size(); i-- > 0;)
     if (const double width = views_[active_[i]].target->edge_width_px; width > most)
       reject(i, text("blurred: its edges are %.1f px wide, those of the median view %.1f px", width,
