@@ -101,9 +101,13 @@ void judge(FamilyFit& of, std::span<const FitView> views, int width_px, int heig
     of.fault = model.error().message;
     return;
   }
+  // A point or two may lie beyond by their noise alone.
+  constexpr double kMostBeyond = 0.005;
+  double points = 0, beyond = 0;
   for (const FitView& view : views)
     for (const FitPoint& p : view)
-      if (!model->direction({p.seen.x(), p.seen.y()})) of.fault = "it folds back where points are";
+      points += 1, beyond += model->direction({p.seen.x(), p.seen.y()}) ? 0 : 1;
+  if (beyond > kMostBeyond * points) of.fault = "it folds back where points are";
   // A fisheye's picture may be a circle inside the image; a pinhole's fills it.
   if (of.fit->lens.model == LensModel::Fisheye) return;
   for (const Pixel& p : corners(width_px, height_px))
@@ -237,6 +241,15 @@ std::vector<std::string> notes_of(const TargetCalibration& result, const LensFit
         text("no point lies farther out than %.0f %% of the way to the image's corner: "
              "the distortion beyond is extrapolated",
              100 * result.coverage.radius_share));
+  std::size_t left_out = 0;
+  for (const CalibrationView& view : result.views)
+    if (view.used)
+      left_out +=
+          static_cast<std::size_t>(std::count(view.left_out.begin(), view.left_out.end(), true));
+  if (50 * left_out > result.points)
+    notes.push_back(std::to_string(left_out) +
+                    " points were left out because their residuals "
+                    "stand out: the target is not flat, or the lens model too simple");
   if (result.tilt_spread_deg < 25)
     notes.push_back(
         text("the target's tilt varies by %.0f degrees only; 40 and more tell the "

@@ -254,7 +254,7 @@ bool ViewSelection::reject_worst(LensFit& fit) {
   for (std::size_t i = 0; i < active_.size() && !worst; ++i) {
     const auto out = std::count_if(points_[i].begin(), points_[i].end(),
                                    [](const FitPoint& p) { return !(p.weight > 0); });
-    if (5 * out <= static_cast<long>(points_[i].size())) continue;
+    if (10 * out <= static_cast<long>(points_[i].size())) continue;
     worst = i;
     reason = "the residuals of " + std::to_string(out) + " of its " +
              std::to_string(points_[i].size()) +
