@@ -111,6 +111,7 @@ void add_segment(CLI::App& app);
 void add_segment_train(CLI::App& segment);
 void add_register(CLI::App& app);
 void add_align(CLI::App& app);
+void add_calibrate(CLI::App& app);
 
 void add_simulate(CLI::App& app);
 void add_inspect(CLI::App& app);

@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   watersky::cli::add_segment(app);
   watersky::cli::add_align(app);
   watersky::cli::add_register(app);
+  watersky::cli::add_calibrate(app);
   watersky::cli::add_simulate(app);
   watersky::cli::add_inspect(app);
   try {

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "watersky/io/files.hpp"
+#include "watersky/products/detail/run_folder.hpp"
 #include "watersky/products/detail/versions.hpp"
 #include "watersky/products/segmentation_pictures.hpp"
 
@@ -243,25 +243,7 @@ Status write_segmentation_summary(const fs::path& folder, const SegmentationRun&
 }
 
 Status check_segment_output(const fs::path& out, bool overwrite) {
-  std::error_code error;
-  const fs::path folder = resolved(out);
-  if (!fs::exists(fs::symlink_status(folder, error))) return {};
-  const bool is_folder = fs::is_directory(folder, error);
-  if (is_folder && fs::is_empty(folder, error)) return {};
-  if (!overwrite)
-    return Error{ErrorCode::Exists, out.string() +
-                                        ": is already there; choose another output folder, or "
-                                        "replace an earlier run with --overwrite"};
-  if (is_folder) {
-    std::ifstream file(folder / "segment.json");
-    const json run = json::parse(file, nullptr, false);
-    if (run.is_object() && run.contains("watersky")) return {};
-  }
-  return Error{ErrorCode::Exists,
-               out.string() +
-                   ": is already there and no run of watersky segment (it holds no "
-                   "segment.json of ours), so it is not replaced; choose another "
-                   "output folder"};
+  return detail::check_run_folder(out, "segment.json", "segment", overwrite);
 }
 
 }  // namespace watersky
