@@ -293,7 +293,9 @@ Result<TargetCalibration> calibrate_views(std::vector<CalibrationView> views, in
   WATERSKY_CHECK(selection.enough("show the target sharp and at a place of its own"));
   WATERSKY_TRY(const LensFit settled, selection.settle(choice, width_px, height_px));
   const int longest = std::max(width_px, height_px);
-  WATERSKY_CHECK(determined(selection.points(), settled, longest, parameters));
+  // Without tilt all that follows is noise. With it, another model may know what this one does not.
+  if (tilt_spread_deg(settled) < kLeastTiltSpread_deg)
+    WATERSKY_CHECK(determined(selection.points(), settled, longest, parameters));
 
   // Every model is fitted to the same points of the same views.
   const std::vector<LensFamily> all = families(choice);
