@@ -16,8 +16,10 @@ namespace {
 constexpr int kWindow = 128;
 constexpr std::size_t kMaxWindows = 16;
 constexpr int kIterations = 30;
-constexpr double kMostChosen = 4.0;  // beyond it four neighbours outvote P(ice) 0.999 twice over
-constexpr int kSteps = 16;
+constexpr int kSteps = 16;           // of the search, up to 4, closer where couplings are small
+constexpr int kStepsBeyondBest = 3;  // after which nothing better is expected
+
+double coupling_at(int step) { return 4.0 * step * step / (kSteps * kSteps); }
 
 std::size_t seen_cells(const cv::Mat& log_odds) {
   std::size_t seen = 0;
@@ -67,40 +69,27 @@ double prediction(const cv::Mat& log_odds, double coupling) {
 Result<CouplingEstimate> estimate_coupling(const cv::Mat& log_odds) {
   WATERSKY_CHECK(check_field(log_odds, 0.0));
   CouplingEstimate out;
-  const cv::Mat asked = log_odds.cols <= kWindow && log_odds.rows <= kWindow * kWindow
-                            ? log_odds
-                            : sample(log_odds);
+  const cv::Mat asked =
+      log_odds.cols <= kWindow && log_odds.rows <= kWindow * kWindow ? log_odds : sample(log_odds);
   out.cells = seen_cells(asked);
   if (out.cells == 0) return out;
 
-  // The whole range first: the score may have a second, lower maximum. Then a golden section.
-  const auto at = [](int step) { return kMostChosen * step * step / (kSteps * kSteps); };
+  const double alone = prediction(asked, 0.0);
+  double most = alone;
   int best = 0;
-  double most = prediction(asked, 0.0);
-  for (int step = 1; step <= kSteps; ++step)
-    if (const double score = prediction(asked, at(step)); score > most) {
+  for (int step = 1; step <= kSteps && step <= best + kStepsBeyondBest; ++step)
+    if (const double score = prediction(asked, coupling_at(step)); score > most) {
       most = score;
       best = step;
     }
-  double low = at(std::max(best - 1, 0)), high = at(std::min(best + 1, kSteps));
-  constexpr double kGolden = 0.61803398874989485;
-  double a = high - kGolden * (high - low), b = low + kGolden * (high - low);
-  double score_a = prediction(asked, a), score_b = prediction(asked, b);
-  while (high - low > 0.02) {
-    if (score_a > score_b) {
-      high = b;
-      b = a;
-      score_b = score_a;
-      score_a = prediction(asked, a = high - kGolden * (high - low));
-    } else {
-      low = a;
-      a = b;
-      score_a = score_b;
-      score_b = prediction(asked, b = low + kGolden * (high - low));
-    }
+  out.best_foretelling = coupling_at(best);
+  double low = 0.0, high = out.best_foretelling;
+  const double enough = alone + kForetellingShare * (most - alone);
+  while (high - low > 0.005) {
+    const double middle = 0.5 * (low + high);
+    (prediction(asked, middle) >= enough ? high : low) = middle;
   }
-  const double refined = score_a > score_b ? a : b;
-  out.coupling = std::max(score_a, score_b) > most ? refined : at(best);
+  out.coupling = high;
   return out;
 }
 

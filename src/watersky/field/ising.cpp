@@ -29,9 +29,9 @@ Status check_field(const cv::Mat& log_odds, double coupling) {
   if (!log_odds.empty() && (log_odds.dims != 2 || log_odds.type() != CV_32F))
     return Error{ErrorCode::InvalidInput, "log-odds must be one channel of 32-bit floats"};
   if (!(coupling >= 0.0 && coupling <= kMaxCoupling))
-    return Error{ErrorCode::InvalidInput,
-                 "the coupling must be from 0 to " + std::to_string(static_cast<int>(kMaxCoupling)) +
-                     ", is " + std::to_string(coupling)};
+    return Error{ErrorCode::InvalidInput, "the coupling must be from 0 to " +
+                                              std::to_string(static_cast<int>(kMaxCoupling)) +
+                                              ", is " + std::to_string(coupling)};
   return {};
 }
 

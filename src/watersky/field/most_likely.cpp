@@ -24,7 +24,8 @@ class Decided {
       : rows_(log_odds.rows), columns_(log_odds.cols + 2) {
     for (std::size_t d = 0; d < 8; ++d) {
       offset_[d] = kNeighbours[d].row * columns_ + kNeighbours[d].column;
-      weight_[d] = static_cast<std::int32_t>(std::lround(kSteps * coupling * kNeighbours[d].weight));
+      weight_[d] =
+          static_cast<std::int32_t>(std::lround(kSteps * coupling * kNeighbours[d].weight));
       all_ += weight_[d];
     }
     const std::size_t nodes = static_cast<std::size_t>(rows_ + 2) * columns_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The most likely map of the Ising model: one map as a whole, not the likeliest label of each cell.
+/// The most likely map of the Ising model: one map as a whole, not the likeliest label of each
+/// cell.
 #include <opencv2/core/mat.hpp>
 
 #include "watersky/base/result.hpp"

@@ -30,7 +30,7 @@ Result<Smoothed> smooth(const cv::Mat& log_odds, const SmoothingParameters& para
   if (parameters.coupling < 0.0) {
     WATERSKY_TRY(const CouplingEstimate estimate, estimate_coupling(log_odds));
     out.coupling = estimate.coupling;
-    out.coupling_chosen = true;
+    out.best_foretelling = estimate.best_foretelling;
     out.coupling_s = seconds_since(start);
   }
   start = Clock::now();

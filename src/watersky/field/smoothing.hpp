@@ -7,6 +7,7 @@
 ///   smoothed->probability;                                         // CV_32F, P(ice)
 ///   smoothed->most_likely;                                         // CV_8U, 0, 1; 255: never seen
 #include <opencv2/core/mat.hpp>
+#include <optional>
 
 #include "watersky/base/parameters.hpp"
 #include "watersky/field/ising.hpp"
@@ -38,12 +39,14 @@ struct Smoothed {
   cv::Mat most_likely;  ///< CV_8U, 1 ice, 0 water; kUnseen where never seen
   SmoothingParameters parameters;
   double coupling = 0.0;  ///< that was used
-  bool coupling_chosen = false;
+  /// By which cells best foretell each other (coupling.hpp); nullopt when the coupling was given.
+  std::optional<double> best_foretelling;
   int iterations = 0;
   double last_change = 0.0;  ///< the largest of a P(ice), in the last iteration
   double coupling_s = 0.0;   ///< wall time of choosing the coupling
   double marginals_s = 0.0;  ///< of belief propagation
   double cut_s = 0.0;        ///< of the most likely map
+  [[nodiscard]] double wall_s() const { return coupling_s + marginals_s + cut_s; }
 };
 
 /// `log_odds`: CV_32F, NaN where never seen. InvalidInput for another type, Usage for parameters

@@ -11,7 +11,8 @@ namespace watersky::field::detail {
 
 namespace {
 
-// With all neighbours' 55 log-odds the odds stay within a float's e^±88; 1 - P(ice) at this is 1e-11.
+// With all neighbours' 55 log-odds the odds stay within a float's e^±88; 1 - P(ice) at this is
+// 1e-11.
 constexpr float kMostLogOdds = 25.0F;
 
 }  // namespace

@@ -68,8 +68,7 @@ void GridCut::augment(std::int32_t node, int d) {
   std::int32_t flow = nodes_[source].residual[static_cast<std::size_t>(from_source)];
   for (const std::int32_t end : {source, sink}) {
     std::int32_t at = end;
-    for (int up; (up = nodes_[at].parent) != kTerminal;
-         at += offset_[static_cast<std::size_t>(up)])
+    for (int up; (up = nodes_[at].parent) != kTerminal; at += offset_[static_cast<std::size_t>(up)])
       flow = std::min(flow, towards(at, up, nodes_[at].tree));
     flow = std::min(flow, std::abs(nodes_[at].terminal));
   }

@@ -50,10 +50,9 @@ class GridCut {
   /// What can still flow between a node of `tree` and its neighbour d, in the tree's direction:
   /// from the node in the source's tree, to it in the sink's.
   [[nodiscard]] std::int32_t away(std::int32_t node, int d, Tree tree) const {
-    return tree == Tree::Source
-               ? nodes_[node].residual[static_cast<std::size_t>(d)]
-               : nodes_[node + offset_[static_cast<std::size_t>(d)]]
-                     .residual[static_cast<std::size_t>(7 - d)];
+    return tree == Tree::Source ? nodes_[node].residual[static_cast<std::size_t>(d)]
+                                : nodes_[node + offset_[static_cast<std::size_t>(d)]]
+                                      .residual[static_cast<std::size_t>(7 - d)];
   }
   /// The same in the other direction.
   [[nodiscard]] std::int32_t towards(std::int32_t node, int d, Tree tree) const {
