@@ -126,7 +126,8 @@ Status judge(const MapRun& run, const sim::Truth& truth, int looks, Means& means
   WATERSKY_CHECK(done);
   const double best = smoothed.best_foretelling.value_or(0.0);
   WATERSKY_TRY(const field::Smoothed strong, field::smooth(log_odds, {.coupling = best}));
-  const cv::Mat field_mean = mean_field(log_odds, smoothed.coupling);
+  const cv::Mat weak_mean = mean_field(log_odds, smoothed.coupling),
+                strong_mean = mean_field(log_odds, best);
 
   const auto iou = [&](const cv::Mat& p) { return ice::compare(p, share).iou; };
   const double raw_iou = iou(raw), likely_iou = iou(certain(smoothed.most_likely)),
@@ -141,13 +142,15 @@ Status judge(const MapRun& run, const sim::Truth& truth, int looks, Means& means
   means.add("gain_marginal", marginal_iou - raw_iou);
   means.add("ece_raw", calibration_error(raw, share));
   means.add("ece_smoothed", calibration_error(smoothed.probability, share));
-  means.add("iou_mean_field", iou(field_mean));
-  means.add("ece_mean_field", calibration_error(field_mean, share));
+  means.add("gain_mean_field", iou(weak_mean) - raw_iou);
+  means.add("ece_mean_field", calibration_error(weak_mean, share));
   means.add("coupling", smoothed.coupling);
   means.add("best_foretelling", best);
   means.add("best_foretelling_gain", iou(certain(strong.most_likely)) - raw_iou);
   means.add("best_foretelling_gain_marginal", iou(strong.probability) - raw_iou);
   means.add("best_foretelling_ece", calibration_error(strong.probability, share));
+  means.add("best_foretelling_gain_mean_field", iou(strong_mean) - raw_iou);
+  means.add("best_foretelling_ece_mean_field", calibration_error(strong_mean, share));
   means.add("seconds", seconds);
   return {};
 }

@@ -24,10 +24,10 @@ inline constexpr double kForetellingShare = 0.25;
 /// propagation tells it, so one run a coupling judges all cells.
 ///
 /// Its maximum is not what to smooth with. It makes good for evidence that is worth more than it
-/// says, as (2.31) with the thesis's P1 and P2 is, and small floes pay for it: there P(ice) is
-/// calibrated best, but the IoU falls by up to 0.12 (experiments/smoothing). The chosen coupling is
-/// the least that wins kForetellingShare of what the maximum wins over independent cells; on
-/// simulated flights that costs at most 0.001 of IoU where there is nothing to win.
+/// says, as (2.31) with the thesis's P1 and P2 is, and small floes pay for it: P(ice) is calibrated
+/// best there, but the IoU falls by up to 0.16. The chosen coupling is the least that wins
+/// kForetellingShare of what the maximum wins over independent cells; where smoothing has nothing
+/// to win, that costs the most likely map less than 0.001 of IoU (experiments/smoothing).
 ///
 /// Up to 16 windows of 128 cells stand for a larger map. Evidence that errs alike in neighbouring
 /// cells looks like ice that holds together, and makes both couplings too large.

@@ -4,8 +4,8 @@
 ///
 /// Why not what there is. Debian's libmaxflow is under the GPL. OpenCV's cv::detail::GCGraph
 /// (grabCut's) tells the side of a node that neither tree reaches by where it was last, which need
-/// not be a minimum cut, and stores every edge with its ends. Boost's boykov_kolmogorov_max_flow
-/// takes six times the memory and several times as long (experiments/smoothing).
+/// not be a minimum cut. Boost's boykov_kolmogorov_max_flow finds the same energy with 830 bytes a
+/// cell instead of 57, and takes five times as long or more (experiments/smoothing).
 #include <array>
 #include <cstdint>
 #include <vector>
