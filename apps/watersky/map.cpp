@@ -18,6 +18,8 @@ struct Options {
   SegmentationChoice segmentation;
   bool overwrite = false;
   bool no_align = false;
+  bool smooth = false;
+  field::SmoothingParameters smoothing;
   AlignParameters align;
   MappingParameters parameters;
 };
@@ -37,6 +39,7 @@ Result<std::shared_ptr<const AlignmentRun>> alignment_of(const Flight& flight, c
 VerbResult run(const Options& o, const Common& common) {
   WATERSKY_CHECK(validate(o.parameters));
   WATERSKY_CHECK(validate(o.align));
+  WATERSKY_CHECK(validate(o.smoothing));
   const int threads = use_threads(o.flight.threads);
   if (!o.projection.empty())
     if (const auto projection = Projection::from_text(o.projection); !projection)
@@ -73,6 +76,7 @@ VerbResult run(const Options& o, const Common& common) {
   if (*alignment) run->notes.insert(run->notes.begin(), summary(**alignment));
   Products products = products_of(*run);
   products.alignment = *alignment;
+  if (o.smooth) WATERSKY_CHECK(add_smoothing(products, *run, o.smoothing));
   WATERSKY_CHECK(write_products(products, o.out, write, progress));
 
   for (const LeftOut& l : run->left_out) warn(common, "left out: " + l.file + ": " + l.reason);
@@ -88,6 +92,13 @@ VerbResult run(const Options& o, const Common& common) {
                   run->reference.projection.name() + ").");
   say(common, "Report: " + o.out + "/report.html");
   say(common, "Map:    " + o.out + "/probability.tif, " + o.out + "/ice.gpkg");
+  if (products.smoothing) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "Smoothed with coupling %.3f (%s): ", products.smoothing->coupling,
+                  products.smoothing->best_foretelling ? "chosen from the map" : "given");
+    say(common, text + o.out + "/smoothed.tif, " + o.out + "/most_likely.tif");
+  }
   return run_json(products);
 }
 
@@ -110,10 +121,15 @@ void add_map(CLI::App& app) {
                 "use times, mount and poses as they are given, without looking for what is wrong "
                 "with them in the images");
   add_threads_option(verb, o->flight);
+  verb.add_flag(
+      "--smooth", o->smooth,
+      "write smoothed.tif and most_likely.tif as well, for which a cell's neighbours count "
+      "besides its own looks");
   verb.add_flag("--overwrite", o->overwrite, "replace OUT if it is a map of ours");
   add_parameters(verb, o->parameters);
   // Mapping's own gap between poses holds for both.
   add_parameters(verb, o->align, "Parameters of alignment", {"align_max_pose_gap_s"});
+  add_parameters(verb, o->smoothing, "Parameters of --smooth");
 }
 
 }  // namespace watersky::cli

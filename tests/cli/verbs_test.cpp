@@ -25,6 +25,23 @@ TEST(Map, WritesAllThatTheReadmePromises) {
       << "no temporary folder stays";
 }
 
+TEST(Map, SmoothsWhenAskedAndLeavesTheRawMapAsItIs) {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "map", raw = folder.path() / "raw";
+  const std::string map = "map '" + small_flight().string() + "' -o '";
+  ASSERT_EQ(watersky(map + raw.string() + "' --quiet").status, 0);
+  const Outcome o = watersky(map + out.string() + "' --smooth --coupling 0.25");
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_THAT(o.out, HasSubstr("coupling 0.250 (given)"));
+  for (const char* file : {"smoothed.tif", "most_likely.tif", "smoothed.qml", "most_likely.qml"}) {
+    EXPECT_TRUE(fs::exists(out / file)) << file;
+    EXPECT_FALSE(fs::exists(raw / file)) << file;
+  }
+  EXPECT_TRUE(read_text(out / "probability.tif") == read_text(raw / "probability.tif"));
+  EXPECT_EQ(nlohmann::json::parse(read_text(out / "run.json"))["smoothing"]["coupling"], 0.25);
+  EXPECT_EQ(watersky(map + (folder.path() / "no").string() + "' --smooth --coupling 99").status, 2);
+}
+
 TEST(Map, TheSameWhateverTheNumberOfThreads) {
   const TemporaryFolder folder;
   std::string rasters[2];

@@ -75,6 +75,20 @@ std::vector<Task> tasks_for(const Products& products) {
                      return write_geotiff(path, products.rasters.probability, place,
                                           text("probability of ice", "1"));
                    }});
+  if (products.smoothing) {
+    tasks.push_back({"smoothed.tif", [&products, place, text](const fs::path& path) {
+                       return write_geotiff(path, products.smoothing->probability, place,
+                                            text("probability of ice, smoothed", "1"));
+                     }});
+    tasks.push_back({"most_likely.tif", [&products, place, text](const fs::path& path) {
+                       return write_geotiff(path, products.smoothing->most_likely, place,
+                                            text("most likely map: 0 water, 1 ice", "1"));
+                     }});
+    for (const char* style : {"smoothed.qml", "most_likely.qml"})
+      tasks.push_back({style, [](const fs::path& path) {
+                         return write_file(path, raster_qml(kProbabilityRamp, 0, 1, ""));
+                       }});
+  }
   tasks.push_back(
       {"ice.gpkg", [&products](const fs::path& path) { return write_geopackage(path, products); }});
   tasks.push_back({"last_seen.tif", [&products, place, text](const fs::path& path) {

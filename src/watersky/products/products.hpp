@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// What comes out of a run, as files: probability.tif, looks.tif, last_seen.tif, mosaic.tif,
-/// ice.gpkg, icebergs.geojson, report.html and run.json. Names and contents are a contract.
+/// ice.gpkg, icebergs.geojson, report.html and run.json, and if asked for smoothed.tif and
+/// most_likely.tif. Names and contents are a contract.
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
@@ -12,6 +13,7 @@
 #include <vector>
 
 #include "watersky/base/progress.hpp"
+#include "watersky/field/smoothing.hpp"
 #include "watersky/ice/concentration.hpp"
 #include "watersky/ice/floe_statistics.hpp"
 #include "watersky/ice/objects.hpp"
@@ -54,6 +56,8 @@ struct Products {
   double mapping_wall_s = 0.0;
   /// What the flight's images said of it before it was mapped; nullptr: they were not asked.
   std::shared_ptr<const AlignmentRun> alignment;
+  /// The smoothed map beside the raw one, of the rasters' size; nullptr: not asked for.
+  std::shared_ptr<const field::Smoothed> smoothing;
 
   /// Of the grid, in the projection's metres.
   [[nodiscard]] double cell_m() const { return geotransform[1]; }
@@ -69,6 +73,11 @@ struct Products {
 
 /// The rasters of all cells seen, and the ice in them.
 [[nodiscard]] Products products_of(const MapRun& run, const ice::ObjectParameters& parameters = {});
+
+/// Adds the smoothed map to the products of the same run. The raw map, the objects and the figures
+/// stay those of the evidence alone.
+Status add_smoothing(Products& products, const MapRun& run,
+                     const field::SmoothingParameters& parameters = {});
 
 /// Fills `concentration`, `objects` and `floes` from the rasters.
 void analyse(Products& products);

@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <limits>
 
 namespace watersky {
 
@@ -34,6 +35,16 @@ Products products_of(const MapRun& run, const ice::ObjectParameters& parameters)
       p.scale = std::sqrt(std::abs(projected->grid_from_north_east.determinant()));
   analyse(p);
   return p;
+}
+
+Status add_smoothing(Products& products, const MapRun& run,
+                     const field::SmoothingParameters& parameters) {
+  // From the map's own log-odds: those of a P(ice) near 1 have lost digits.
+  cv::Mat log_odds = run.map.log_odds(run.map.seen());
+  log_odds.setTo(std::numeric_limits<float>::quiet_NaN(), products.rasters.looks == 0);
+  WATERSKY_TRY(field::Smoothed smoothed, field::smooth(log_odds, parameters));
+  products.smoothing = std::make_shared<const field::Smoothed>(std::move(smoothed));
+  return {};
 }
 
 Status write_products(const MapRun& run, const std::filesystem::path& out,

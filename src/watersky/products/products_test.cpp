@@ -9,12 +9,14 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
 
 #include "support/survey_products.hpp"
+#include "watersky/geo/rotation.hpp"
 #include "watersky/products/palette.hpp"
 #include "watersky/products/qgis_style.hpp"
 #include "watersky/products/run_json.hpp"
@@ -142,6 +144,75 @@ TEST(Products, NothingSeenIsNotWritten) {
   empty.rasters = {};
   EXPECT_EQ(write_products(empty, folder.path() / "out").error().code, ErrorCode::OutOfRange);
   EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+/// A run whose map was seen once by a camera 100 m above the sea: P(ice) 0.7 in the west and 0.4 in
+/// the east, and a hole of what was not known.
+MapRun small_run() {
+  const Projection projection = Projection::from_text("EPSG:32633").value();
+  MapRun run{.flight_name = "small",
+             .reference = {projection, 433000.0, 8759000.0, 0.5},
+             .map = IceMap::make({.cell_m = 0.5}).value()};
+  Eigen::Matrix3d intrinsics;
+  intrinsics << 100, 0, 39.5, 0, 100, 29.5, 0, 0, 1;
+  const CameraModel camera = CameraModel::make(LensModel::Pinhole, 80, 60, intrinsics).value();
+  const Rigid3<Sea, Camera> sea_from_camera(camera_rotation({0_deg, -90_deg, 0_deg}),
+                                            Point<Sea>{{0.0, 0.0, -100.0}});
+  Eigen::Matrix3d sea_from_grid;
+  sea_from_grid << 0, -0.5, 0, 0.5, 0, 0, 0, 0, 1;
+  const GridView view =
+      make_grid_view(SeaView::make(camera, sea_from_camera).value(), sea_from_grid).value();
+  cv::Mat evidence(60, 80, CV_32F, cv::Scalar(log_odds(0.4)));
+  evidence.colRange(0, 40).setTo(log_odds(0.7));
+  evidence(cv::Rect(60, 20, 9, 9)).setTo(std::numeric_limits<float>::quiet_NaN());
+  evidence.at<float>(10, 70) = 3.0F;  // a speck
+  EXPECT_TRUE(run.map.update(view, evidence, Time(seconds(1))).ok());
+  return run;
+}
+
+TEST(Smoothing, WithoutCouplingIsTheRawMapToTheBit) {
+  const MapRun run = small_run();
+  Products p = products_of(run);
+  ASSERT_TRUE(add_smoothing(p, run, {.coupling = 0.0}).ok());
+  const cv::Mat& raw = p.rasters.probability;
+  ASSERT_EQ(p.smoothing->probability.size(), raw.size());
+  for (int r = 0; r < raw.rows; ++r)
+    for (int c = 0; c < raw.cols; ++c) {
+      const float x = raw.at<float>(r, c), y = p.smoothing->probability.at<float>(r, c);
+      ASSERT_TRUE(x == y || (x != x && y != y)) << r << ", " << c;
+      ASSERT_EQ(p.smoothing->most_likely.at<std::uint8_t>(r, c), x != x ? 255 : x > 0.5F ? 1 : 0);
+    }
+}
+
+TEST(Smoothing, StandsBesideTheRawMapAndLeavesItAsItIs) {
+  const MapRun run = small_run();
+  const Products raw = products_of(run);
+  Products p = products_of(run);
+  ASSERT_TRUE(add_smoothing(p, run).ok());
+  const test::TemporaryFolder folder;
+  ASSERT_TRUE(write_products(raw, folder.path() / "raw").ok());
+  ASSERT_TRUE(write_products(p, folder.path() / "smoothed").ok());
+  std::set<std::string> more = names_in(folder.path() / "raw");
+  more.insert({"smoothed.tif", "smoothed.qml", "most_likely.tif", "most_likely.qml"});
+  EXPECT_EQ(names_in(folder.path() / "smoothed"), more);
+  for (const char* name : {"probability.tif", "looks.tif", "icebergs.geojson"})
+    EXPECT_EQ(read(folder.path() / "raw" / name), read(folder.path() / "smoothed" / name)) << name;
+  EXPECT_NE(read(folder.path() / "smoothed" / "report.html").find("most_likely.tif"),
+            std::string::npos);
+
+  EXPECT_TRUE(run_json(raw)["smoothing"].is_null());
+  const json smoothing = run_json(p)["smoothing"];
+  EXPECT_EQ(smoothing["coupling"], p.smoothing->coupling);
+  EXPECT_EQ(smoothing["coupling_is"], "chosen from the map");
+  EXPECT_EQ(run_json(p)["parameters"]["smoothing"]["coupling"]["value"], -1.0);
+  EXPECT_EQ(run_json(p)["figures"], run_json(raw)["figures"]);
+
+  GDALAllRegister();
+  const std::unique_ptr<GDALDataset> file(
+      GDALDataset::Open((folder.path() / "smoothed" / "most_likely.tif").c_str(), GDAL_OF_RASTER));
+  ASSERT_TRUE(file);
+  EXPECT_EQ(file->GetRasterBand(1)->GetRasterDataType(), GDT_Byte);
+  EXPECT_EQ(file->GetRasterBand(1)->GetNoDataValue(), 255.0);
 }
 
 TEST(RunJson, KeepsTheContractOfFrames) {

@@ -273,6 +273,15 @@ std::string row(const std::string& name, const std::string& value) {
   return value.empty() ? "" : "<tr><th>" + name + "</th><td>" + escaped(value) + "</td></tr>";
 }
 
+std::string smoothing_line(const Products& products) {
+  if (!products.smoothing) return {};
+  const field::Smoothed& s = *products.smoothing;
+  return "smoothed.tif and most_likely.tif: coupling " + number(s.coupling, 3) +
+         (s.best_foretelling ? ", chosen from the map" : ", given") + "; " +
+         std::to_string(s.iterations) + (s.iterations == 1 ? " iteration, " : " iterations, ") +
+         number(s.wall_s(), 2) + " s. The map and the figures above are those of the looks alone.";
+}
+
 std::string making_section(const Products& products) {
   const Versions versions = detail::versions();
   std::string html =
@@ -283,6 +292,7 @@ std::string making_section(const Products& products) {
       row("Ice is", products.ice == IcePolarity::Darker     ? "darker than water"
                     : products.ice == IcePolarity::Brighter ? "brighter than water"
                                                             : "") +
+      row("Smoothing", smoothing_line(products)) +
       row("Projection", products.projection.name() + " on WGS-84") +
       row("Programs", "Watersky " + versions.watersky + ", OpenCV " + versions.opencv + ", GDAL " +
                           versions.gdal + ", PROJ " + versions.proj) +
@@ -308,6 +318,8 @@ std::string making_section(const Products& products) {
   MappingParameters::describe(products.options.parameters, parameter);
   ice::ObjectParameters::describe(products.object_parameters, parameter);
   if (products.alignment) AlignParameters::describe(products.alignment->parameters, parameter);
+  if (products.smoothing)
+    field::SmoothingParameters::describe(products.smoothing->parameters, parameter);
   return html + "</tbody></table></div></details></section>";
 }
 

@@ -54,6 +54,16 @@ json extent(const Products& products) {
           {"corners_from_north_west_clockwise", corners}};
 }
 
+json smoothing(const field::Smoothed& s) {
+  return {{"coupling", s.coupling},
+          {"coupling_is", s.best_foretelling ? "chosen from the map" : "given"},
+          {"coupling_best_foretelling", s.best_foretelling ? json(*s.best_foretelling) : json()},
+          {"iterations", s.iterations},
+          {"last_change", s.last_change},
+          {"seconds",
+           {{"coupling", s.coupling_s}, {"marginals", s.marginals_s}, {"most_likely", s.cut_s}}}};
+}
+
 json figures(const Products& products) {
   const FrameFigures frames = frame_figures(products);
   const ice::FloeStatistics& floes = products.floes;
@@ -115,7 +125,8 @@ json run_json(const Products& products) {
       {"parameters",
        {{"mapping", described(products.options.parameters)},
         {"objects", described(products.object_parameters)},
-        {"alignment", products.alignment ? described(products.alignment->parameters) : json()}}},
+        {"alignment", products.alignment ? described(products.alignment->parameters) : json()},
+        {"smoothing", products.smoothing ? described(products.smoothing->parameters) : json()}}},
       {"threads", products.options.threads},
       {"segmentation", name_of(products.options.method)},
       {"model",
@@ -140,9 +151,11 @@ json run_json(const Products& products) {
         {"geotransform", products.geotransform}}},
       {"extent", extent(products)},
       {"alignment", products.alignment ? alignment_summary_json(*products.alignment) : json()},
+      {"smoothing", products.smoothing ? smoothing(*products.smoothing) : json()},
       {"timings_s",
        {{"mapping", products.mapping_wall_s},
-        {"alignment", products.alignment ? json(products.alignment->wall_s) : json()}}},
+        {"alignment", products.alignment ? json(products.alignment->wall_s) : json()},
+        {"smoothing", products.smoothing ? json(products.smoothing->wall_s()) : json()}}},
   };
 }
 
