@@ -50,6 +50,9 @@ constexpr double kDelayUnknownSigma_s = 0.3;
 /// What an attitude is good for where the recording does not say; positions a share of the height.
 constexpr double kAttitudeSigma_rad = 0.5 * std::numbers::pi / 180;
 constexpr double kPositionShare = 0.01;
+/// Beyond this many times what was said or assumed of the navigation, residuals are believed to
+/// come from elsewhere.
+constexpr double kMostGrowth = 5.0;
 
 double median(std::vector<double> v, double share = 0.5) {
   if (v.empty()) return 0.0;
@@ -264,6 +267,7 @@ void Aligner::set_priors_of_navigation() {
     priors.knot[k] = position_m > 0 ? position_m : kPositionShare * height_m_;
     priors.knot[k + 3] = attitude_rad > 0 ? attitude_rad : kAttitudeSigma_rad;
   }
+  priors.knot_most = kMostGrowth * priors.knot;
 }
 
 void Aligner::set_priors() {

@@ -831,6 +831,7 @@ Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
     };
     priors.knot.head<3>() *= factor(0);
     priors.knot.tail<3>() *= factor(1);
+    priors.knot = priors.knot.cwiseMin(priors.knot_most);
     if (priors.jitter_s > 0.0) priors.jitter_s = std::max(1e-5, priors.jitter_s * factor(2));
   }
   if (std::isfinite(best.evidence)) {

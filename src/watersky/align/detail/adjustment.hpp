@@ -18,6 +18,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -89,6 +90,9 @@ struct AdjustmentState {
 /// One sigma of everything that is assumed.
 struct AdjustmentPriors {
   Eigen::Matrix<double, 6, 1> knot = Eigen::Matrix<double, 6, 1>::Ones();  ///< stationary
+  /// Residuals may make `knot` no larger: poses so bad are not what moves.
+  Eigen::Matrix<double, 6, 1> knot_most =
+      Eigen::Matrix<double, 6, 1>::Constant(std::numeric_limits<double>::infinity());
   double position_correlation_s = 30.0, attitude_correlation_s = 10.0;
   Globals::Vector globals = Globals::Vector::Zero();  ///< 0: fixed
   double delay_s = 0.1;                               ///< of the first delay knot about its start
