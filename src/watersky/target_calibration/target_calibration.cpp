@@ -86,14 +86,38 @@ std::vector<Pixel> corners(int width_px, int height_px) {
   return {{0, 0}, {right, 0}, {0, bottom}, {right, bottom}};
 }
 
+/// How well the focal length (relative) and the centre (of the longer side) are known; infinite for
+/// not at all.
+struct Known {
+  double focal, centre;
+  [[nodiscard]] bool enough(const CalibrationParameters& parameters) const {
+    return focal <= parameters.max_focal_sigma && centre <= parameters.max_centre_sigma;
+  }
+};
+
+Known known_of(std::span<const FitView> views, const LensFit& fit, int longest_px) {
+  const Eigen::MatrixXd covariance = covariance_of(views, fit);
+  const auto sigma = [&](int i) {
+    return covariance(i, i) >= 0 ? std::sqrt(covariance(i, i))
+                                 : std::numeric_limits<double>::infinity();
+  };
+  return {std::max(sigma(0) / fit.lens.parameters[0], sigma(1) / fit.lens.parameters[1]),
+          std::max(sigma(2), sigma(3)) / longest_px};
+}
+
 /// What is wrong with a fit although its residuals may be the least.
-void judge(FamilyFit& of, std::span<const FitView> views, int width_px, int height_px) {
+void judge(FamilyFit& of, std::span<const FitView> views, int width_px, int height_px,
+           const CalibrationParameters& parameters) {
   if (!of.fit) {
     of.fault = "it could not be fitted";
     return;
   }
   if (!of.fit->unit_covariance.allFinite()) {
     of.fault = "the views do not determine its coefficients";
+    return;
+  }
+  if (!known_of(views, *of.fit, std::max(width_px, height_px)).enough(parameters)) {
+    of.fault = "with it the views do not tell the focal length or the centre";
     return;
   }
   const auto model = model_of(of.fit->lens, width_px, height_px);
@@ -117,17 +141,9 @@ void judge(FamilyFit& of, std::span<const FitView> views, int width_px, int heig
 /// Degenerate where focal length or centre are known too badly.
 Status determined(std::span<const FitView> views, const LensFit& fit, int longest_px,
                   const CalibrationParameters& parameters) {
-  const Eigen::MatrixXd covariance = covariance_of(views, fit);
-  const auto sigma = [&](int i) {
-    return covariance(i, i) >= 0 ? std::sqrt(covariance(i, i))
-                                 : std::numeric_limits<double>::infinity();
-  };
-  const double focal =
-      std::max(sigma(0) / fit.lens.parameters[0], sigma(1) / fit.lens.parameters[1]);
-  const double centre = std::max(sigma(2), sigma(3)) / longest_px;
+  const Known known = known_of(views, fit, longest_px);
   const double spread = tilt_spread_deg(fit);
-  const bool known = focal <= parameters.max_focal_sigma && centre <= parameters.max_centre_sigma;
-  if (known && spread >= 0.5 * kLeastTiltSpread_deg) return {};
+  if (known.enough(parameters) && spread >= 0.5 * kLeastTiltSpread_deg) return {};
   if (spread < kLeastTiltSpread_deg)
     return Error{ErrorCode::Degenerate,
                  "the target is tilted alike in all " + std::to_string(views.size()) + " views" +
@@ -138,8 +154,8 @@ Status determined(std::span<const FitView> views, const LensFit& fit, int longes
     return std::isfinite(x) ? text("%.1f %%", 100 * x) : std::string("nothing");
   };
   return Error{ErrorCode::Degenerate,
-               "the views determine the focal length to " + share(focal) + " and the centre to " +
-                   share(centre) +
+               "the views determine the focal length to " + share(known.focal) +
+                   " and the centre to " + share(known.centre) +
                    text(" of the image only (one sigma; %.1f %% and %.1f %% are asked for); add "
                         "views, nearer, and tilted more and to different sides",
                         100 * parameters.max_focal_sigma, 100 * parameters.max_centre_sigma)};
@@ -317,7 +333,7 @@ Result<TargetCalibration> calibrate_views(std::vector<CalibrationView> views, in
       if (start && poses.size() == selection.points().size())
         of.fit = fit_family(selection.points(), family, start->lens, poses);
     }
-    judge(of, selection.points(), width_px, height_px);
+    judge(of, selection.points(), width_px, height_px, parameters);
     fits.push_back(std::move(of));
   }
   LensDecision decision =
