@@ -52,7 +52,8 @@ bool run(const char* preset, int seeds) {
                     result->centroid_errors_m.end());
   }
   std::sort(errors_m.begin(), errors_m.end());
-  const Evaluation all{.raster = {}, .centroid_errors_m = std::move(errors_m)};
+  Evaluation all;
+  all.centroid_errors_m = std::move(errors_m);
   const std::string name = std::string("simulated.") + preset;
   print_figure(name + ".worst_iou", worst_iou, "1");
   print_figure(name + ".mean_iou", mean_iou, "1");
