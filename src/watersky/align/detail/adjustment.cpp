@@ -458,7 +458,6 @@ class LinkCost final : public ceres::CostFunction {
   bool linked_;
 };
 
-/// One frame's sight of a known place, or its measured height: few, so derivatives are Ceres's.
 }  // namespace
 
 /// Rows and columns at the present state.
@@ -475,7 +474,7 @@ struct Adjustment::Linear {
 /// The Ceres problem, and its rows by what they assume.
 class Adjustment::Problem {
  public:
-  enum Kind { Ties, Knots, Delays, Jitters, Shared, Known, kKinds };
+  enum Kind { Ties, Knots, Delays, Jitters, Shared };
 
   Problem(const Adjustment& adjustment, AdjustmentState& state)
       : adjustment_(adjustment), state_(state), blocks_(blocks_of(state)) {
@@ -484,7 +483,6 @@ class Adjustment::Problem {
     problem_ = std::make_unique<ceres::Problem>(options);
     used_.assign(static_cast<std::size_t>(blocks_.count()), 0);
     add_ties();
-    add_known();
     add_priors();
   }
 
@@ -595,8 +593,6 @@ class Adjustment::Problem {
     }
   }
 
-  void add_known();
-
   void add_priors() {
     const AdjustmentPriors& p = adjustment_.priors;
     const auto& t = adjustment_.knot_times_s;
@@ -664,8 +660,6 @@ class Adjustment::Problem {
   std::vector<char> used_;
   std::vector<int> free_globals_;
 };
-
-void Adjustment::Problem::add_known() {}
 
 void Adjustment::look_at_residuals(bool first, bool forgiving) {
   std::vector<double> sizes;

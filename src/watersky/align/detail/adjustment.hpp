@@ -56,22 +56,6 @@ struct TieGroup {
   std::vector<Tie> ties;
 };
 
-/// A place known by other means (surveyed, GPS), as seen in a frame.
-struct AnchorSighting {
-  int frame = 0;
-  Eigen::Vector2d direction;  ///< over z, without distortion
-  double row = 0.0;
-  Eigen::Vector3d place_m;  ///< in Local
-  double sigma_m = 0.0;     ///< of the place
-};
-
-/// A measured height of the camera above the sea.
-struct HeightReading {
-  int frame = 0;
-  double height_m = 0.0;
-  double sigma_m = 0.0;
-};
-
 /// What all frames share.
 struct Globals {
   static constexpr int kMount = 0, kLever = 3, kFocal = 6, kHeight = 7, kEncoder = 8, kLatency = 11,
@@ -134,8 +118,6 @@ class Adjustment {
   std::vector<double> knot_times_s;
   std::vector<double> delay_knot_times_s;  ///< of bases; one: a constant
   std::vector<TieGroup> groups;
-  std::vector<AnchorSighting> anchors;
-  std::vector<HeightReading> heights;
   AdjustmentPriors priors;
   AdjustmentState state;
   double delay_start_s = 0.0;  ///< the prior's mean
