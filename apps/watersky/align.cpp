@@ -107,7 +107,7 @@ VerbResult run(const Options& o, const Common& common) {
   const auto run = run_alignment(flight, options, progress);
   if (!run) return run.error().at(o.flight.flight);
   const auto not_written = write_alignment(*run, o.out, write, progress);
-  if (!not_written) return not_written.error();
+  if (!not_written) return not_written.error().at(o.flight.flight);
   print(*run, *not_written, o, common);
   return alignment_json(*run, *not_written);
 }

@@ -10,7 +10,6 @@
 /// that were recorded twice are told by their pixels, or by the thesis's rule alone. OUT
 /// (feature_matching_study) gets the figures and table.txt. Figures are printed one JSON object a
 /// line, the tables on standard error as well.
-#include <cstdarg>
 #include <cstdlib>
 #include <opencv2/core.hpp>
 #include <opencv2/core/utility.hpp>
@@ -26,8 +25,6 @@ namespace fs = std::filesystem;
 namespace watersky::study {
 
 namespace {
-
-std::string g_table;
 
 struct Options {
   fs::path data, out = "feature_matching_study";
@@ -59,32 +56,22 @@ Status run(const Options& options) {
         study_sequence({"brighton_beach", beach.next}, options.thesis_duplicates, options.out));
     WATERSKY_CHECK(study_brighton(land));
   }
-  return write_file(options.out / "table.txt", g_table);
+  return write_file(options.out / "table.txt", told());
 }
 
 }  // namespace
 
-void tell(const char* format, ...) {
-  char text[400];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  g_table += text;
-  std::fputs(text, stderr);
-}
-
 std::vector<Contender> contenders() {
   std::vector<Contender> found;
-  static bool told = false;
+  static bool said = false;
   for (const RegistrationMethod method : registration_methods()) {
     auto registrar = make_registrar(method);
     if (registrar)
       found.push_back({method, std::string(name_of(method)), std::move(registrar).value()});
-    else if (!told)
+    else if (!said)
       tell("%s: %s\n", std::string(name_of(method)).c_str(), registrar.error().message.c_str());
   }
-  told = true;
+  said = true;
   return found;
 }
 

@@ -15,13 +15,11 @@
 #include <vector>
 
 #include "support/print_figure.hpp"
+#include "support/tell.hpp"
 #include "watersky/base/result.hpp"
 #include "watersky/registration/registration.hpp"
 
 namespace watersky::study {
-
-/// To standard error and into OUT/table.txt.
-[[gnu::format(printf, 1, 2)]] void tell(const char* format, ...);
 
 /// Time of the processor: one thread works, and others on the machine should not count.
 class Stopwatch {

@@ -10,7 +10,6 @@
 /// mount error (over 2 seeds; 0: none). Figures are printed one JSON object a line, tables on
 /// standard error as well.
 #include <algorithm>
-#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <limits>
@@ -20,6 +19,7 @@
 
 #include "study.hpp"
 #include "support/print_figure.hpp"
+#include "support/tell.hpp"
 #include "watersky/io/files.hpp"
 
 namespace fs = std::filesystem;
@@ -34,18 +34,6 @@ struct Options {
   int step = 3;
   int sweep_seeds = 2;
 };
-
-std::string g_table;
-
-[[gnu::format(printf, 1, 2)]] void tell(const char* format, ...) {
-  char text[400];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  g_table += text;
-  std::fputs(text, stderr);
-}
 
 double median(std::vector<double> values) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
@@ -207,7 +195,7 @@ Status run(const Options& options) {
   WATERSKY_CHECK(
       write_figure_4_4(options.out / "figure_4_4.png", flights.front(), algorithm1, ours));
   WATERSKY_CHECK(write_figure_4_5(options.out / "figure_4_5.png", flights, ours.title));
-  WATERSKY_CHECK(write_file(options.out / "table.txt", g_table));
+  WATERSKY_CHECK(write_file(options.out / "table.txt", told()));
   if (options.sweep_seeds > 0)
     WATERSKY_CHECK(sweep(options.sweep_seeds, options.step, options.out));
   return {};

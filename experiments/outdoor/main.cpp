@@ -10,7 +10,6 @@
 /// well.
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
 #include <cstdio>
 #include <cstdlib>
 #include <map>
@@ -19,6 +18,7 @@
 
 #include "study.hpp"
 #include "support/print_figure.hpp"
+#include "support/tell.hpp"
 #include "watersky/io/files.hpp"
 
 namespace fs = std::filesystem;
@@ -32,18 +32,6 @@ struct Options {
   int seeds = 10;
   double frame_rate_hz = 5.0;
 };
-
-std::string g_table;
-
-[[gnu::format(printf, 1, 2)]] void tell(const char* format, ...) {
-  char text[400];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  g_table += text;
-  std::fputs(text, stderr);
-}
 
 struct Trial {
   Accuracy level, with_turns;
@@ -159,7 +147,7 @@ Status run(const Options& options) {
   print_figures(all, trials);
   WATERSKY_CHECK(write_error_clouds(options.out / "errors.png", clouds));
   WATERSKY_CHECK(write_file(options.out / "seeds.csv", csv));
-  return write_file(options.out / "table.txt", g_table);
+  return write_file(options.out / "table.txt", told());
 }
 
 }  // namespace

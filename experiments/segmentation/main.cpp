@@ -13,11 +13,11 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdarg>
 #include <string_view>
 
 #include "study.hpp"
 #include "support/real_data.hpp"
+#include "support/tell.hpp"
 #include "watersky/io/files.hpp"
 
 namespace fs = std::filesystem;
@@ -25,19 +25,6 @@ using namespace watersky;
 using namespace watersky::study;
 
 namespace {
-
-std::string g_table;
-
-/// To standard error and into the table.
-[[gnu::format(printf, 1, 2)]] void tell(const char* format, ...) {
-  char text[400];
-  va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  g_table += text;
-  std::fputs(text, stderr);
-}
 
 struct Outcome {
   std::vector<SegmentationScore> scores;  ///< an image each
@@ -223,7 +210,7 @@ Status run(const fs::path& data, const fs::path& out) {
   if (!one_set)
     WATERSKY_CHECK(study_points(data / "glacier_bay/tiles",
                                 WATERSKY_SOURCE_DIR "/tests/data/glacier_bay_points.csv"));
-  return write_file(out / "table.txt", g_table);
+  return write_file(out / "table.txt", told());
 }
 
 }  // namespace

@@ -185,6 +185,18 @@ TEST_F(Align, ReplacesOnlyAnAlignmentOfOursAndOnlyWhenTold) {
   EXPECT_TRUE(fs::exists(out() / "poses.csv"));
 }
 
+TEST_F(Align, ImagesThatCannotBeReadEndInOneLineAndNoFolder) {
+  const fs::path flight = copy();
+  for (const auto& image : fs::directory_iterator(flight / "images"))
+    fs::resize_file(image.path(), 300);
+  const Outcome o = align(flight, "--delay-s 0.25 --quiet");
+  EXPECT_EQ(o.status, 1);
+  EXPECT_THAT(o.err, HasSubstr(flight.string()));
+  EXPECT_THAT(o.err, HasSubstr("none of"));
+  EXPECT_THAT(o.err, HasSubstr("frame_0"));
+  EXPECT_FALSE(fs::exists(out()));
+}
+
 TEST_F(Align, AFullDiskLeavesNothingBehind) {
   const fs::path flight = copy();
   keep_frames(flight, 6);

@@ -55,15 +55,22 @@ Result<std::vector<LeftOut>> write_alignment(const AlignmentRun& run, const fs::
   WriteFlightOptions write;
   write.images = options.images;
   write.replace = options.overwrite;
-  write.companions = {{"align.json",
-                       [&run](const std::vector<LeftOut>& not_written) -> Result<std::string> {
-                         return alignment_json(run, not_written)
-                                    .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
-                                "\n";
-                       }},
-                      {"report.html", [&run](const std::vector<LeftOut>& not_written) {
-                         return alignment_report_html(run, not_written);
-                       }}};
+  write.companions = {
+      {"align.json",
+       [&run](const std::vector<LeftOut>& not_written) -> Result<std::string> {
+         // An error here leaves no folder: one without images is of no use.
+         if (not_written.size() >= run.corrected.frames.size())
+           return Error{ErrorCode::NotFound,
+                        "none of " + std::to_string(not_written.size()) +
+                            " frames could be written; the first: " + not_written.front().file +
+                            ": " + not_written.front().reason};
+         return alignment_json(run, not_written)
+                    .dump(2, ' ', false, nlohmann::json::error_handler_t::replace) +
+                "\n";
+       }},
+      {"report.html", [&run](const std::vector<LeftOut>& not_written) {
+         return alignment_report_html(run, not_written);
+       }}};
   return write_flight_folder(run.corrected, out, write, progress);
 }
 
