@@ -521,7 +521,7 @@ void Aligner::find_start() {
   for (std::size_t k = 0; k < std::min(kMostPairs, chosen.size()); ++k)
     used.push_back(chosen[k * chosen.size() / std::min(kMostPairs, chosen.size())]);
   const auto score = [&](double delay_s) {
-    const AdjustmentState s = without_errors(delay_s);
+    const Cameras s = adjustment_->cameras(without_errors(delay_s));
     std::vector<double> sizes;
     for (const std::size_t g : used) {
       std::vector<double> u, v;
@@ -742,12 +742,13 @@ void Aligner::revisit() {
 
 TieStatistics Aligner::judge(const AdjustmentState& s) const {
   std::vector<double> metres, pixels;
+  const Cameras cameras = adjustment_->cameras(s);
   for (const TieGroup& g : adjustment_->groups)
     for (const Tie& t : g.ties) {
       if (!t.held_out || t.whiten.determinant() < 1.0 / std::pow(kJudge_px * reduction_, 2))
         continue;
-      const auto m = adjustment_->disagreement_m(g, t, s);
-      const auto r = adjustment_->residual_px(g, t, s);
+      const auto m = adjustment_->disagreement_m(g, t, cameras);
+      const auto r = adjustment_->residual_px(g, t, cameras);
       if (!m || !r) continue;
       metres.push_back(*m);
       pixels.push_back(r->norm());

@@ -23,6 +23,11 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Matrix26 = Eigen::Matrix<double, 2, 6>;
 
+/// Of a ray's down over its length: flatter than 3° it says nothing, and its derivatives explode.
+constexpr double kFlattest = 0.05;
+/// In front of a camera, along its axis.
+constexpr double kNearest_m = 1e-6;
+
 /// exp(w + dw) = exp(J dw) exp(w), to first order in w.
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w) {
   return Eigen::Matrix3d::Identity() + 0.5 * skew(w);
@@ -39,8 +44,7 @@ struct SeaHit {
 std::optional<SeaHit> hit_sea(const ModelCamera& camera, const Eigen::Vector3d& direction) {
   SeaHit hit;
   hit.ray = camera.rotation * direction;
-  // Flatter than 3° it says nothing, and its derivatives explode.
-  if (!(hit.ray.z() > 0.05 * hit.ray.norm()) || !(camera.position_m.z() < 0)) return std::nullopt;
+  if (!(hit.ray.z() > kFlattest * hit.ray.norm()) || !(camera.position_m.z() < 0)) return std::nullopt;
   const double along = -camera.position_m.z() / hit.ray.z();
   hit.at = camera.position_m + along * hit.ray;
   hit.by_position = Eigen::Matrix3d::Identity();
@@ -60,7 +64,7 @@ std::optional<Seen> see(const ModelCamera& camera, const Eigen::Vector3d& point)
   const Eigen::Vector3d from = point - camera.position_m;
   const Eigen::Matrix3d camera_from_local = camera.rotation.toRotationMatrix().transpose();
   const Eigen::Vector3d y = camera_from_local * from;
-  if (!(y.z() > 1e-6)) return std::nullopt;
+  if (!(y.z() > kNearest_m)) return std::nullopt;
   Seen seen;
   seen.at = y.hnormalized();
   Eigen::Matrix<double, 2, 3> divide;
@@ -73,6 +77,27 @@ std::optional<Seen> see(const ModelCamera& camera, const Eigen::Vector3d& point)
 
 Eigen::Vector3d with_focal(const Eigen::Vector2d& direction, double focal_scale) {
   return (direction / (1.0 + focal_scale)).homogeneous();
+}
+
+/// The place alone.
+std::optional<Eigen::Vector2d> sea_under(const ModelCamera& camera,
+                                         const Eigen::Vector3d& direction) {
+  const Eigen::Vector3d ray = camera.rotation * direction;
+  if (!(ray.z() > kFlattest * ray.norm()) || !(camera.position_m.z() < 0)) return std::nullopt;
+  return (camera.position_m - camera.position_m.z() / ray.z() * ray).head<2>();
+}
+
+/// Where a frame sees the place that its host sees in a direction: over z.
+std::optional<Eigen::Vector2d> sent(const ModelCamera& host, const ModelCamera& frame,
+                                    const Eigen::Vector2d& host_direction, double focal_scale,
+                                    const Eigen::Vector2d& moved_m) {
+  const auto place = sea_under(host, with_focal(host_direction, focal_scale));
+  if (!place) return std::nullopt;
+  Eigen::Vector3d point;
+  point << *place + moved_m, 0.0;
+  const Eigen::Vector3d y = frame.rotation.conjugate() * (point - frame.position_m);
+  if (!(y.z() > kNearest_m)) return std::nullopt;
+  return y.hnormalized();
 }
 
 /// Everything a tie's residual depends on.
@@ -292,28 +317,41 @@ ModelPlatform Adjustment::platform(int index) const {
   return out;
 }
 
+Cameras Adjustment::cameras(const AdjustmentState& s) const {
+  Cameras out;
+  out.camera.reserve(frames.size());
+  out.time_s.reserve(frames.size());
+  out.focal_scale = s.globals[Globals::kFocal];
+  out.drift_m_s = s.globals.segment<2>(Globals::kDrift);
+  Evaluated e;
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    evaluate(static_cast<int>(i), s, false, e);
+    out.camera.push_back(e.camera);
+    out.time_s.push_back(e.t_s);
+  }
+  return out;
+}
+
 std::optional<Eigen::Vector2d> Adjustment::residual_px(const TieGroup& group, const Tie& tie,
-                                                       const AdjustmentState& s) const {
-  const auto t =
-      transfer(camera(group.host, s).at_row(tie.host_row, readout_s_),
-               camera(group.frame, s).at_row(tie.frame_row, readout_s_), tie.host, tie.frame,
-               s.globals[Globals::kFocal], s.globals.segment<2>(Globals::kDrift),
-               time_s(group.frame, s) - time_s(group.host, s));
-  if (!t) return std::nullopt;
-  return Eigen::Vector2d(focal_px_ * t->residual);
+                                                       const Cameras& cameras) const {
+  const auto h = static_cast<std::size_t>(group.host), f = static_cast<std::size_t>(group.frame);
+  const auto seen =
+      sent(cameras.camera[h].at_row(tie.host_row, readout_s_),
+           cameras.camera[f].at_row(tie.frame_row, readout_s_), tie.host, cameras.focal_scale,
+           cameras.drift_m_s * (cameras.time_s[f] - cameras.time_s[h]));
+  if (!seen) return std::nullopt;
+  return Eigen::Vector2d(focal_px_ * ((1.0 + cameras.focal_scale) * *seen - tie.frame));
 }
 
 std::optional<double> Adjustment::disagreement_m(const TieGroup& group, const Tie& tie,
-                                                 const AdjustmentState& s) const {
-  const double focal = s.globals[Globals::kFocal];
-  const auto a =
-      hit_sea(camera(group.host, s).at_row(tie.host_row, readout_s_), with_focal(tie.host, focal));
-  const auto b = hit_sea(camera(group.frame, s).at_row(tie.frame_row, readout_s_),
-                         with_focal(tie.frame, focal));
+                                                 const Cameras& cameras) const {
+  const auto h = static_cast<std::size_t>(group.host), f = static_cast<std::size_t>(group.frame);
+  const auto a = sea_under(cameras.camera[h].at_row(tie.host_row, readout_s_),
+                           with_focal(tie.host, cameras.focal_scale));
+  const auto b = sea_under(cameras.camera[f].at_row(tie.frame_row, readout_s_),
+                           with_focal(tie.frame, cameras.focal_scale));
   if (!a || !b) return std::nullopt;
-  const Eigen::Vector2d drift =
-      (time_s(group.frame, s) - time_s(group.host, s)) * s.globals.segment<2>(Globals::kDrift);
-  return (b->at - a->at).head<2>().operator-(drift).norm();
+  return (*b - *a - (cameras.time_s[f] - cameras.time_s[h]) * cameras.drift_m_s).norm();
 }
 
 /// The residuals of one pair of frames.
@@ -337,7 +375,8 @@ class TieCost final : public ceres::CostFunction {
     const AdjustmentState& shape = adjustment_->state;
     s.knots.resize(shape.knots.size());
     s.delay_s.resize(shape.delay_s.size());
-    s.jitter_s.assign(shape.jitter_s.size(), 0.0);
+    s.jitter_s.resize(shape.jitter_s.size());
+    for (const int f : {group_->host, group_->frame}) s.jitter_s[static_cast<std::size_t>(f)] = 0.0;
     s.extra.resize(shape.extra.size());
     const Blocks all = blocks_of(shape);
     for (std::size_t k = 0; k < blocks_.size(); ++k) {
@@ -366,6 +405,7 @@ class TieCost final : public ceres::CostFunction {
       for (std::size_t k = 0; k < blocks_.size(); ++k)
         if (jacobians[k]) std::fill_n(jacobians[k], rows * all.size(blocks_[k]), 0.0);
 
+    const auto host_at = places(host), frame_at = places(frame);
     int row = 0;
     for (const Tie& tie : group_->ties) {
       if (tie.held_out) continue;
@@ -385,8 +425,8 @@ class TieCost final : public ceres::CostFunction {
       residuals[row] = residual.x();
       residuals[row + 1] = residual.y();
       if (derive) {
-        add(host, t->by_host, scale, row, jacobians);
-        add(frame, t->by_frame, scale, row, jacobians);
+        add(host, host_at, scale * t->by_host, row, jacobians);
+        add(frame, frame_at, scale * t->by_frame, row, jacobians);
         if (double* j = jacobians[globals_]) {
           const Eigen::Vector2d by_focal = scale * t->by_focal;
           const Eigen::Matrix2d by_drift = scale * t->by_drift;
@@ -403,18 +443,25 @@ class TieCost final : public ceres::CostFunction {
   }
 
  private:
-  void add(const Adjustment::Evaluated& camera, const Matrix26& by, const Eigen::Matrix2d& scale,
-           int row, double** jacobians) const {
-    for (int k = 0; k < camera.count; ++k) {
-      const Adjustment::Slot& slot = camera.slots[static_cast<std::size_t>(k)];
-      const auto at = static_cast<std::size_t>(
-          std::find(blocks_.begin(), blocks_.end(), slot.block) - blocks_.begin());
-      double* j = jacobians[at];
+  /// Which of our blocks a camera's slots are.
+  std::array<std::size_t, 6> places(const Adjustment::Evaluated& camera) const {
+    std::array<std::size_t, 6> at{};
+    for (std::size_t k = 0; k < static_cast<std::size_t>(camera.count); ++k)
+      at[k] = static_cast<std::size_t>(
+          std::find(blocks_.begin(), blocks_.end(), camera.slots[k].block) - blocks_.begin());
+    return at;
+  }
+  static void add(const Adjustment::Evaluated& camera, const std::array<std::size_t, 6>& at,
+                  const Matrix26& by, int row, double** jacobians) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(camera.count); ++k) {
+      const Adjustment::Slot& slot = camera.slots[k];
+      double* j = jacobians[at[k]];
       if (!j) continue;
-      const Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, Globals::kSize> product =
-          scale * by * slot.by;
-      for (int r = 0; r < 2; ++r)
-        for (int c = 0; c < slot.size; ++c) j[(row + r) * slot.size + c] += product(r, c);
+      for (int c = 0; c < slot.size; ++c) {
+        const Eigen::Vector2d column = by * slot.by.col(c);
+        j[row * slot.size + c] += column.x();
+        j[(row + 1) * slot.size + c] += column.y();
+      }
     }
   }
 
@@ -663,9 +710,10 @@ class Adjustment::Problem {
 
 void Adjustment::look_at_residuals(bool first, bool forgiving) {
   std::vector<double> sizes;
+  const Cameras now = cameras(state);
   for (TieGroup& group : groups)
     for (Tie& tie : group.ties) {
-      const auto r = residual_px(group, tie, state);
+      const auto r = residual_px(group, tie, now);
       tie.robust = r ? (tie.whiten * *r).norm() : -1.0;  // for the moment
       if (r && !tie.held_out) sizes.push_back(tie.robust);
     }
@@ -730,10 +778,11 @@ double Adjustment::log_evidence(const Linear& linear_at) const {
   if (!linear->good) return -std::numeric_limits<double>::infinity();
   double sum = 0.0;
   // Ties by the heavy-tailed density whose weights they have; other rows are normal.
+  const Cameras now = cameras(state);
   for (const TieGroup& group : groups)
     for (const Tie& tie : group.ties) {
       if (tie.held_out) continue;
-      const auto r = residual_px(group, tie, state);
+      const auto r = residual_px(group, tie, now);
       const double x2 =
           r ? (tie.whiten * *r).squaredNorm() / std::pow(3.0 * priors.tie * tie.scale, 2) : 1e4;
       sum -= 4.5 * std::log1p(x2) + 2.0 * std::log(priors.tie * tie.scale);

@@ -109,6 +109,14 @@ struct ModelPlatform {
   double t_s = 0.0;              ///< at which the navigation was asked
 };
 
+/// Of every frame at one state.
+struct Cameras {
+  std::vector<ModelCamera> camera;
+  std::vector<double> time_s;
+  double focal_scale = 0.0;  ///< less one
+  Eigen::Vector2d drift_m_s = Eigen::Vector2d::Zero();
+};
+
 class Adjustment {
  public:
   Adjustment(const Navigation& navigation, const Mount& mount, double focal_px, double readout_s)
@@ -143,12 +151,14 @@ class Adjustment {
   [[nodiscard]] ModelCamera camera(int frame) const { return camera(frame, state); }
   [[nodiscard]] ModelCamera camera(int frame, const AdjustmentState& s) const;
   [[nodiscard]] ModelPlatform platform(int frame) const;
+  /// All cameras at a state, worked out once for the many ties that ask for them.
+  [[nodiscard]] Cameras cameras(const AdjustmentState& s) const;
   /// Residual of a tie, px; nullopt where a ray does not meet the sea.
   [[nodiscard]] std::optional<Eigen::Vector2d> residual_px(const TieGroup& group, const Tie& tie,
-                                                           const AdjustmentState& s) const;
+                                                           const Cameras& cameras) const;
   /// Distance on the sea between the two frames' ideas of a tie's place, m.
   [[nodiscard]] std::optional<double> disagreement_m(const TieGroup& group, const Tie& tie,
-                                                     const AdjustmentState& s) const;
+                                                     const Cameras& cameras) const;
   /// Times between a tie's frames, for moving ice.
   [[nodiscard]] double time_s(int frame, const AdjustmentState& s) const;
 
