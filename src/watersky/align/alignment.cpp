@@ -14,22 +14,16 @@
 #include <numeric>
 #include <opencv2/imgproc.hpp>
 
-#include "watersky/align/detail/adjustment.hpp"
+#include "watersky/align/detail/aligned_frame.hpp"
 #include "watersky/align/detail/capture_clock.hpp"
+#include "watersky/align/detail/delay_search.hpp"
 #include "watersky/align/detail/revisits.hpp"
+#include "watersky/align/detail/sighting_geometry.hpp"
+#include "watersky/align/detail/starting_priors.hpp"
 #include "watersky/align/detail/tracker.hpp"
 #include "watersky/geo/rotation.hpp"
 
 namespace watersky {
-
-std::string_view name_of(AlignMethod method) {
-  switch (method) {
-    case AlignMethod::AsGiven: return "as given";
-    case AlignMethod::ConstantDelay: return "constant delay";
-    case AlignMethod::Full: return "full";
-  }
-  return "full";
-}
 
 namespace align {
 namespace {
@@ -46,13 +40,6 @@ constexpr int kRevisitPoints = 30;
 constexpr double kRevisit_px = 0.2;  ///< one sigma of a place found again, reduced pixels
 /// Places along edges slide: they tie across the edge, and cannot judge.
 constexpr double kJudge_px = 0.7;
-constexpr double kDelayUnknownSigma_s = 0.3;
-/// What an attitude is good for where the recording does not say; positions a share of the height.
-constexpr double kAttitudeSigma_rad = 0.5 * std::numbers::pi / 180;
-constexpr double kPositionShare = 0.01;
-/// Beyond this many times what was said or assumed of the navigation, residuals are believed to
-/// come from elsewhere.
-constexpr double kMostGrowth = 5.0;
 
 double median(std::vector<double> v, double share = 0.5) {
   if (v.empty()) return 0.0;
@@ -73,22 +60,10 @@ double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Directions over z to directions over z, by the sea plane.
-std::optional<Eigen::Matrix3d> plane_homography(const ModelCamera& from, const ModelCamera& to) {
-  const Eigen::Matrix3d rf = from.rotation.toRotationMatrix(), rt = to.rotation.toRotationMatrix();
-  Eigen::Matrix3d middle = -from.position_m.z() * Eigen::Matrix3d::Identity();
-  middle.col(2) += from.position_m - to.position_m;
-  Eigen::Matrix3d h = rt.transpose() * middle * rf;
-  if (!h.allFinite() || std::abs(h.determinant()) < 1e-12 * std::pow(h.norm(), 3))
-    return std::nullopt;
-  if (h(2, 2) < 0) h = -h;
-  return h;
-}
-
 class Aligner {
  public:
   Aligner(const Flight& flight, const AlignOptions& options, const Progress& progress)
-      : flight_(flight), options_(options), progress_(progress) {}
+      : flight_(flight), options_(options), progress_(progress), geometry_(flight.camera) {}
   Result<Alignment> run();
 
  private:
@@ -100,11 +75,8 @@ class Aligner {
   Status list_frames();
   void use_clock();
   void set_priors();
-  void set_priors_of_navigation();
   Result<Loaded> load(std::size_t k) const;
   cv::Mat valid_for(const cv::Mat& image) const;
-  [[nodiscard]] Eigen::Matrix2d step_between(const Eigen::Matrix3d& plane,
-                                             const Eigen::Vector2d& host_px) const;
   Status track(std::size_t most);
   void set_knots(const std::vector<int>& keyframes);
   void find_start();
@@ -124,11 +96,10 @@ class Aligner {
   void restore(const Snapshot& s);
   void freeze_unobserved();
   void revisit();
-  [[nodiscard]] std::optional<Eigen::Matrix3d> expected(int from, int to) const;
-  [[nodiscard]] std::optional<Tie> tie(const Eigen::Vector2d& host_px, const Eigen::Vector2d& px,
-                                       const Eigen::Matrix2d& covariance_px2) const;
+  [[nodiscard]] std::optional<Eigen::Matrix3d> expected(int from, int to) const {
+    return geometry_.expected(adjustment_->camera(from), adjustment_->camera(to));
+  }
   [[nodiscard]] TieStatistics judge(const AdjustmentState& s) const;
-  [[nodiscard]] AdjustmentState without_errors(double delay_s) const;
   void finish();
   void write_frames(const std::optional<Adjustment::Knowledge>& known);
   void write_estimates(const std::optional<Adjustment::Knowledge>& known);
@@ -136,6 +107,7 @@ class Aligner {
   const Flight& flight_;
   const AlignOptions& options_;
   const Progress& progress_;
+  SightingGeometry geometry_;
   Alignment out_;
   std::vector<std::size_t> of_;  ///< Flight::frames of each frame of ours, in order of time
   std::optional<LocalFrame> local_;
@@ -146,12 +118,10 @@ class Aligner {
   bool delayed_ = false;
   std::string clock_note_;      ///< of a regular clock that images told; empty: none
   double jitter_seen_s_ = 0.0;  ///< one sigma of the arrivals' unevenness
-  double focal_step_ = 1.0;
-  int reduction_ = 1;  ///< full pixels of one that was tracked
+  int reduction_ = 1;           ///< full pixels of one that was tracked
   double given_delay_s_ = 0.0;
   double height_m_ = 0.0, gsd_m_ = 0.0;
   Globals::Vector globals_before_ = Globals::Vector::Zero();
-  Eigen::Matrix3d matrix_ = Eigen::Matrix3d::Identity();
 };
 
 Status Aligner::list_frames() {
@@ -216,8 +186,6 @@ Status Aligner::list_frames() {
     delayed_ = delayed_ || l.frame.delayed;
     adjustment_->frames.push_back(std::move(l.frame));
   }
-  matrix_ = flight_.camera.camera_matrix();
-  focal_step_ = flight_.camera.focal_px();
   std::vector<double> heights;
   for (const auto& f : adjustment_->frames)
     heights.push_back(-(f.own ? f.own->position_m : navigation_->at(f.base_s).position_m).z());
@@ -258,50 +226,21 @@ void Aligner::use_clock() {
            1e3 * clock->period_s, 1e3 * clock->jitter_s));
 }
 
-void Aligner::set_priors_of_navigation() {
-  AdjustmentPriors& priors = adjustment_->priors;
-  const PoseSigma& said = navigation_->typical_sigma();
-  for (int k = 0; k < 3; ++k) {
-    const double position_m = said.position_north_east_down_m[k];
-    const double attitude_rad = said.roll_pitch_yaw_rad[k];
-    priors.knot[k] = position_m > 0 ? position_m : kPositionShare * height_m_;
-    priors.knot[k + 3] = attitude_rad > 0 ? attitude_rad : kAttitudeSigma_rad;
-  }
-  priors.knot_most = kMostGrowth * priors.knot;
-}
-
 void Aligner::set_priors() {
-  const AlignParameters& p = options_.parameters;
   AdjustmentPriors& priors = adjustment_->priors;
-  set_priors_of_navigation();
-  Globals::Vector& g = priors.globals;
-  g.setZero();
-  g.segment<3>(Globals::kMount)
-      .setConstant(flight_.mount.sigma_rad > 0 ? flight_.mount.sigma_rad
-                                               : Angle::degrees(p.mount_sigma_deg).radians());
-  // Where the ruler's error is less than a fraction of a pixel there is nothing to look for.
-  if (p.lever_arm_sigma_m > 0.5 * gsd_m_)
-    g.segment<3>(Globals::kLever).setConstant(p.lever_arm_sigma_m);
-  g[Globals::kFocal] = flight_.calibration.focal_sigma_px > 0
-                           ? flight_.calibration.focal_sigma_px / flight_.camera.focal_px()
-                           : 0.01 * p.focal_sigma_percent;
-  g[Globals::kHeight] = flight_.sea_level->sigma_m;
-  if (flight_.gimbal_reference) {
-    g.segment<3>(Globals::kEncoder).setConstant(Angle::degrees(1.0).radians());
-    if (!flight_.gimbal.rotations().empty()) g[Globals::kLatency] = 0.05;
-  }
-  if (p.estimate_ice_drift) g.segment<2>(Globals::kDrift).setConstant(0.5);
-  globals_before_ = g;
-  priors.delay_walk_s = p.delay_walk_s;
-  priors.delay_s = flight_.delay_s ? 0.05 : kDelayUnknownSigma_s;
-  priors.jitter_s = 0.0;
+  priors = starting_priors(flight_, options_.parameters, navigation_->typical_sigma(), height_m_);
+  if (flight_.gimbal.rotations().empty()) priors.globals[Globals::kLatency] = 0.0;
+  globals_before_ = priors.globals;
   if (!delayed_) return;
   // How unevenly the frames of an even camera arrived.
   const std::vector<double> even = even_times(received_s_);
-  std::vector<double> off;
+  std::vector<double> arrivals, evens;
   for (std::size_t k = 0; k < even.size(); ++k)
-    if (adjustment_->frames[k].delayed) off.push_back(std::abs(received_s_[k] - even[k]));
-  priors.jitter_s = std::clamp(1.2 * median(off) / 0.6745, 1e-3, 0.2);
+    if (adjustment_->frames[k].delayed) {
+      arrivals.push_back(received_s_[k]);
+      evens.push_back(even[k]);
+    }
+  priors.jitter_s = arrival_jitter_s(arrivals, evens);
 }
 
 Result<Aligner::Loaded> Aligner::load(std::size_t k) const {
@@ -326,57 +265,6 @@ cv::Mat Aligner::valid_for(const cv::Mat& image) const {
   cv::Mat valid;
   cv::resize(options_.camera_mask, valid, image.size(), 0, 0, cv::INTER_NEAREST);
   return valid;
-}
-
-std::optional<Eigen::Matrix3d> Aligner::expected(int from, int to) const {
-  const auto h = plane_homography(adjustment_->camera(from), adjustment_->camera(to));
-  if (!h) return std::nullopt;
-  return matrix_ * *h * matrix_.inverse();
-}
-
-std::optional<Tie> Aligner::tie(const Eigen::Vector2d& host_px, const Eigen::Vector2d& px,
-                                const Eigen::Matrix2d& covariance_px2) const {
-  const auto h = flight_.camera.direction({host_px.x(), host_px.y()});
-  const auto f = flight_.camera.direction({px.x(), px.y()});
-  if (!h || !f || !(h->v.z() > 0.05) || !(f->v.z() > 0.05)) return std::nullopt;
-  Tie t;
-  t.host = h->v.hnormalized();
-  t.frame = f->v.hnormalized();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(covariance_px2);
-  t.whiten = axes.eigenvectors() *
-             axes.eigenvalues().cwiseMax(1e-6).cwiseSqrt().cwiseInverse().asDiagonal() *
-             axes.eigenvectors().transpose();
-  const double rows = flight_.camera.height_px();
-  t.host_row = (host_px.y() + 0.5) / rows - 0.5;
-  t.frame_row = (px.y() + 0.5) / rows - 0.5;
-  return t;
-}
-
-/// Of pixels of a frame by pixels of a host, around a host's pixel: lens, sea plane, lens.
-Eigen::Matrix2d Aligner::step_between(const Eigen::Matrix3d& plane,
-                                      const Eigen::Vector2d& host_px) const {
-  const auto d = flight_.camera.direction({host_px.x(), host_px.y()});
-  if (!d || !(d->v.z() > 0.05)) return Eigen::Matrix2d::Identity();
-  const auto slope = [&](const Eigen::Vector2d& m) {
-    constexpr double kStep = 1e-4;
-    Eigen::Matrix2d j = focal_step_ * Eigen::Matrix2d::Identity();
-    for (int k = 0; k < 2; ++k) {
-      Eigen::Vector2d a = m, b = m;
-      a[k] -= kStep;
-      b[k] += kStep;
-      const auto p = flight_.camera.project(Vector<Camera>{a.homogeneous()});
-      const auto q = flight_.camera.project(Vector<Camera>{b.homogeneous()});
-      if (p && q) j.col(k) = Eigen::Vector2d(q->u - p->u, q->v - p->v) / (2 * kStep);
-    }
-    return j;
-  };
-  const Eigen::Vector2d m = d->v.hnormalized();
-  const Eigen::Vector3d q = plane * m.homogeneous();
-  if (!(q.z() > 0)) return Eigen::Matrix2d::Identity();
-  Eigen::Matrix2d by_plane;
-  for (int k = 0; k < 2; ++k)
-    by_plane.col(k) = (plane.col(k).head<2>() - q.hnormalized() * plane(2, k)) / q.z();
-  return slope(q.hnormalized()) * by_plane * slope(m).inverse();
 }
 
 Status Aligner::track(std::size_t most) {
@@ -418,7 +306,7 @@ Status Aligner::track(std::size_t most) {
         const auto h = plane_homography(adjustment_->camera(host), adjustment_->camera(frame));
         found = plane.emplace(host, h.value_or(Eigen::Matrix3d::Identity())).first;
       }
-      return step_between(found->second, px);
+      return geometry_.step_between(found->second, px);
     };
     const auto step = tracker.add(frame, adjustment_->frames[k].base_s, image->gray,
                                   image->reduction, valid_for(image->gray),
@@ -429,7 +317,7 @@ Status Aligner::track(std::size_t most) {
     if (step->keyframe) keyframes.push_back(frame);
     if (!step->lost.empty()) ++lost[step->lost];
     for (const Sighting& s : step->sightings) {
-      auto made = tie(s.host_px, s.px, s.covariance_px2);
+      auto made = geometry_.tie(s.host_px, s.px, s.covariance_px2);
       if (!made) continue;
       made->track = s.track;
       made->held_out = s.track % kHeldOut == kHeldOut - 1;
@@ -485,64 +373,18 @@ void Aligner::set_knots(const std::vector<int>& keyframes) {
   }
 }
 
-AdjustmentState Aligner::without_errors(double delay_s) const {
-  AdjustmentState s = adjustment_->state;
-  for (auto& k : s.knots) k.fill(0.0);
-  for (auto& e : s.extra) e.fill(0.0);
-  std::fill(s.delay_s.begin(), s.delay_s.end(), delay_s);
-  std::fill(s.jitter_s.begin(), s.jitter_s.end(), 0.0);
-  s.globals.setZero();
-  return s;
-}
-
-/// The delay under which the navigation's motion explains the images' best.
 void Aligner::find_start() {
   adjustment_->delay_start_s = given_delay_s_;
   adjustment_->reset();
   if (!delayed_) return;
-  // Pairs some tenths of a second apart: long enough that motion stands out of the noise, short
-  // enough that navigation errors do not.
-  std::vector<std::pair<double, std::size_t>> by_span;
-  const auto& groups = adjustment_->groups;
-  for (std::size_t g = 0; g < groups.size(); ++g) {
-    const double span = adjustment_->frames[static_cast<std::size_t>(groups[g].frame)].base_s -
-                        adjustment_->frames[static_cast<std::size_t>(groups[g].host)].base_s;
-    by_span.emplace_back(std::abs(std::log(std::max(1e-3, span) / 0.35)), g);
+  DelaySearch how;
+  how.given_s = given_delay_s_;
+  how.to_s = options_.parameters.max_delay_s;
+  if (flight_.delay_s) {
+    how.from_s = *flight_.delay_s - 0.3;
+    how.to_s = *flight_.delay_s + 0.3;
   }
-  std::sort(by_span.begin(), by_span.end());
-  // Of the better half of spans, spread over the flight.
-  std::vector<std::size_t> chosen;
-  for (std::size_t k = 0; k < std::max<std::size_t>(1, by_span.size() / 3) && k < by_span.size();
-       ++k)
-    chosen.push_back(by_span[k].second);
-  std::sort(chosen.begin(), chosen.end());
-  constexpr std::size_t kMostPairs = 400;
-  std::vector<std::size_t> used;
-  for (std::size_t k = 0; k < std::min(kMostPairs, chosen.size()); ++k)
-    used.push_back(chosen[k * chosen.size() / std::min(kMostPairs, chosen.size())]);
-  const auto score = [&](double delay_s) {
-    const Cameras s = adjustment_->cameras(without_errors(delay_s));
-    std::vector<double> sizes;
-    for (const std::size_t g : used) {
-      std::vector<double> u, v;
-      for (const Tie& t : groups[g].ties)
-        if (const auto r = adjustment_->residual_px(groups[g], t, s)) {
-          u.push_back(r->x());
-          v.push_back(r->y());
-          if (u.size() >= 7) break;
-        }
-      if (!u.empty()) sizes.push_back(std::hypot(median(u), median(v)));
-    }
-    return median(sizes);
-  };
-  double best_s = given_delay_s_, best = score(given_delay_s_);
-  const double at_given = best;
-  const double from = flight_.delay_s ? *flight_.delay_s - 0.3 : -0.1;
-  const double to = flight_.delay_s ? *flight_.delay_s + 0.3 : options_.parameters.max_delay_s;
-  for (double d = from; d <= to + 1e-9; d += 0.01)
-    if (const double now = score(d); now < best) best = now, best_s = d;
-  // A valley, or the delay is not to be seen: then what was given stands.
-  if (best < 0.95 * at_given) adjustment_->delay_start_s = best_s;
+  adjustment_->delay_start_s = search_delay(*adjustment_, how).value_or(given_delay_s_);
   adjustment_->reset();
 }
 
@@ -730,7 +572,7 @@ void Aligner::revisit() {
     TieGroup group{pair.a, pair.b, true, {}};
     int at = 0;
     for (const PixelPair& p : found)
-      if (auto made_tie = tie(p.a, p.b, revisit_covariance)) {
+      if (auto made_tie = geometry_.tie(p.a, p.b, revisit_covariance)) {
         made_tie->held_out = at++ % kHeldOut == kHeldOut - 1;
         group.ties.push_back(*made_tie);
       }
@@ -762,8 +604,8 @@ void Aligner::finish() {
   const AdjustmentState full = a.state;
   double mean_delay_s = 0.0;
   for (const double d : full.delay_s) mean_delay_s += d / static_cast<double>(full.delay_s.size());
-  const AdjustmentState given = without_errors(given_delay_s_);
-  const AdjustmentState constant = without_errors(mean_delay_s);
+  const AdjustmentState given = without_errors(a, given_delay_s_);
+  const AdjustmentState constant = without_errors(a, mean_delay_s);
   out_.as_given = judge(given);
   out_.constant_delay = delayed_ ? judge(constant) : out_.as_given;
   out_.after = judge(full);
@@ -870,7 +712,6 @@ void Aligner::write_frames(const std::optional<Adjustment::Knowledge>& known) {
   std::vector<std::size_t> ties(a.frames.size(), 0);
   for (const TieGroup& g : a.groups)
     for (const int f : {g.host, g.frame}) ties[static_cast<std::size_t>(f)] += g.ties.size();
-  const bool ned = flight_.gimbal_reference == GimbalReference::NorthEastDown;
   for (std::size_t k = 0; k < a.frames.size(); ++k) {
     const ImageFrame& f = flight_.frames[of_[k]];
     const int frame = static_cast<int>(k);
@@ -879,67 +720,34 @@ void Aligner::write_frames(const std::optional<Adjustment::Knowledge>& known) {
       out_.left_out.push_back({f.name, "no poses bracket its time less the delay"});
       continue;
     }
-    AlignedFrame made;
-    made.index = of_[k];
-    made.captured = navigation_->epoch() + seconds(platform.t_s);
-    if (f.captured_at && !a.frames[k].own) made.captured = *f.captured_at;
-    if (a.frames[k].own) made.captured = f.own_pose->time;
-    made.delay_s = a.frames[k].delayed ? received_s_[k] - platform.t_s : 0.0;
-    made.ties = ties[k];
-    const auto world_from_local = local_->world_from_local_rotation(platform.position_m);
-    // The body: of a gimbal against north, east, down its attitude plays no part.
-    LocalPose body{platform.reference, platform.position_m};
-    if (ned) {
-      const auto at = flight_.trajectory.at(made.captured, Duration::max());
-      const Rigid3<World, Body> recorded =
-          f.own_pose && a.frames[k].own ? f.own_pose->world_from_body
-          : at                          ? at->world_from_body
-                                        : Rigid3<World, Body>(Eigen::Quaterniond::Identity(), {});
-      if (const auto local = local_->local(recorded)) body.rotation = local->rotation;
+    FrameWriting how;
+    how.local = &*local_;
+    how.gimbal_reference = flight_.gimbal_reference;
+    Time captured = navigation_->epoch() + seconds(platform.t_s);
+    if (f.captured_at && !a.frames[k].own) captured = *f.captured_at;
+    if (a.frames[k].own) captured = f.own_pose->time;
+    if (const auto at = flight_.trajectory.at(captured, Duration::max()); a.frames[k].own)
+      how.recorded = f.own_pose->world_from_body;
+    else if (at)
+      how.recorded = at->world_from_body;
+    if (known && k < known->camera.size()) {
+      how.covariance = known->camera[k];
+    } else {
+      how.covariance.diagonal() = a.priors.knot.cwiseAbs2();
+      for (int c = 0; c < 3; ++c)
+        how.covariance(3 + c, 3 + c) += std::pow(globals_before_[Globals::kMount + c], 2);
     }
-    const auto world = local_->world(body);
-    if (!world || !world_from_local) {
-      out_.left_out.push_back({f.name, (world ? world_from_local.error() : world.error()).message});
+    how.shared_m2 = out_.shared_covariance_m2;
+    auto made = aligned_frame(a, frame, how);
+    if (!made) {
+      out_.left_out.push_back({f.name, made.error().message});
       continue;
     }
-    made.pose.time = made.captured;
-    made.pose.world_from_body = *world;
-    if (flight_.gimbal_reference) {
-      // Against the reference as it is read back: north, east, down, or the corrected body.
-      if (ned) {
-        const auto place = local_->geodetic(platform.position_m);
-        if (place)
-          made.gimbal =
-              local_->local_from_ned(*place).conjugate() * platform.reference * platform.gimbal;
-      } else {
-        made.gimbal = platform.gimbal;
-      }
-    }
-    const ModelCamera camera = a.camera(frame);
-    made.velocity_m_s = *world_from_local * camera.velocity_m_s;
-    made.turn_rate_rad_s = *world_from_local * camera.rate_rad_s;
-    Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
-    if (known && k < known->camera.size()) {
-      covariance = known->camera[k];
-    } else {
-      covariance.diagonal() = a.priors.knot.cwiseAbs2();
-      for (int c = 0; c < 3; ++c)
-        covariance(3 + c, 3 + c) += std::pow(globals_before_[Globals::kMount + c], 2);
-    }
-    Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
-    turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() =
-        world_from_local->toRotationMatrix();
-    made.pose.covariance = turn * covariance * turn.transpose();
-    PoseSigma sigma;
-    covariance.topLeftCorner<2, 2>() += out_.shared_covariance_m2;
-    sigma.position_north_east_down_m = covariance.diagonal().head<3>().cwiseSqrt();
-    const Eigen::Matrix3d to_body = platform.reference.toRotationMatrix().transpose();
-    sigma.roll_pitch_yaw_rad =
-        (to_body * covariance.bottomRightCorner<3, 3>() * to_body.transpose())
-            .diagonal()
-            .cwiseSqrt();
-    made.pose.sigma = sigma;
-    out_.frames.push_back(std::move(made));
+    made->index = of_[k];
+    made->captured = made->pose.time = captured;
+    made->delay_s = a.frames[k].delayed ? received_s_[k] - platform.t_s : 0.0;
+    made->ties = ties[k];
+    out_.frames.push_back(*std::move(made));
   }
   std::stable_sort(
       out_.frames.begin(), out_.frames.end(),
@@ -997,7 +805,7 @@ Result<Alignment> Aligner::run() {
       for (double& d : adjustment_->state.delay_s)
         d = std::accumulate(told.delay_s.begin(), told.delay_s.end(), 0.0) /
             static_cast<double>(told.delay_s.size());
-      set_priors_of_navigation();
+      set_navigation_priors(adjustment_->priors, navigation_->typical_sigma(), height_m_);
       choose_navigation_sigma();
     }
     solve(true);
@@ -1022,54 +830,6 @@ Result<Alignment> align_flight(const Flight& flight, const AlignOptions& options
                                const Progress& progress) {
   WATERSKY_CHECK(validate(options.parameters));
   return align::Aligner(flight, options, progress).run();
-}
-
-Result<Flight> aligned(const Flight& flight, const Alignment& alignment) {
-  Flight out = flight;
-  out.frames.clear();
-  out.left_out.insert(out.left_out.end(), alignment.left_out.begin(), alignment.left_out.end());
-  out.mount = alignment.mount;
-  out.delay_s.reset();
-  out.shared_covariance_m2 = alignment.shared_covariance_m2;
-  Eigen::Matrix3d matrix = flight.camera.camera_matrix();
-  matrix(0, 0) *= alignment.focal_scale;
-  matrix(1, 1) *= alignment.focal_scale;
-  WATERSKY_TRY(out.camera,
-               CameraModel::make(flight.camera.lens(), flight.camera.width_px(),
-                                 flight.camera.height_px(), matrix, flight.camera.distortion()));
-  std::vector<StampedPose> poses;
-  std::vector<StampedRotation> gimbal;
-  const double half_s = 0.5 * flight.readout_s;
-  const Duration tick(1);
-  for (const AlignedFrame& a : alignment.frames) {
-    ImageFrame frame = flight.frames[a.index];
-    Time captured = a.captured;
-    // Poses must differ in time; two frames of one moment, or rows that reach into the next
-    // frame, are put apart by nanoseconds.
-    if (!poses.empty() && captured <= poses.back().time) captured = poses.back().time + tick;
-    frame.captured_at = captured;
-    frame.own_pose.reset();
-    frame.own_gimbal.reset();
-    const auto row = [&](double dt_s) {
-      StampedPose pose = a.pose;
-      pose.time = captured + seconds(dt_s);
-      if (!poses.empty() && pose.time <= poses.back().time) return;
-      pose.world_from_body = Rigid3<World, Body>(
-          align::exp_rotation(a.turn_rate_rad_s * dt_s) * pose.world_from_body.rotation(),
-          Point<World>{pose.world_from_body.origin().v + a.velocity_m_s * dt_s});
-      if (a.gimbal) gimbal.push_back({pose.time, *a.gimbal});
-      poses.push_back(std::move(pose));
-    };
-    if (half_s > 0) row(-half_s);
-    row(0.0);
-    if (half_s > 0) row(half_s);
-    out.frames.push_back(std::move(frame));
-  }
-  WATERSKY_TRY(out.trajectory, Trajectory::make(std::move(poses)));
-  if (flight.gimbal_reference) {
-    WATERSKY_TRY(out.gimbal, RotationTrack::make(std::move(gimbal)));
-  }
-  return out;
 }
 
 }  // namespace watersky

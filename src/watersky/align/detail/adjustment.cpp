@@ -44,7 +44,8 @@ struct SeaHit {
 std::optional<SeaHit> hit_sea(const ModelCamera& camera, const Eigen::Vector3d& direction) {
   SeaHit hit;
   hit.ray = camera.rotation * direction;
-  if (!(hit.ray.z() > kFlattest * hit.ray.norm()) || !(camera.position_m.z() < 0)) return std::nullopt;
+  if (!(hit.ray.z() > kFlattest * hit.ray.norm()) || !(camera.position_m.z() < 0))
+    return std::nullopt;
   const double along = -camera.position_m.z() / hit.ray.z();
   hit.at = camera.position_m + along * hit.ray;
   hit.by_position = Eigen::Matrix3d::Identity();
