@@ -4,7 +4,6 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <deque>
@@ -17,11 +16,13 @@
 #include "watersky/align/detail/aligned_frame.hpp"
 #include "watersky/align/detail/capture_clock.hpp"
 #include "watersky/align/detail/delay_search.hpp"
+#include "watersky/align/detail/estimates.hpp"
 #include "watersky/align/detail/revisits.hpp"
 #include "watersky/align/detail/sighting_geometry.hpp"
 #include "watersky/align/detail/starting_priors.hpp"
 #include "watersky/align/detail/tracker.hpp"
-#include "watersky/geo/rotation.hpp"
+#include "watersky/base/cpu_time.hpp"
+#include "watersky/align/live_alignment.hpp"
 
 namespace watersky {
 
@@ -54,10 +55,6 @@ std::string text(const char* format, T... values) {
   char out[400];
   std::snprintf(out, sizeof out, format, values...);
   return out;
-}
-
-double now_s() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 class Aligner {
@@ -244,10 +241,7 @@ void Aligner::set_priors() {
 }
 
 Result<Aligner::Loaded> Aligner::load(std::size_t k) const {
-  constexpr int kEnough_px = 1024;
-  int reduction = 1;
-  const int side = std::max(flight_.camera.width_px(), flight_.camera.height_px());
-  while (reduction < 8 && side / (2 * reduction) >= kEnough_px) reduction *= 2;
+  const int reduction = reduction_for_tracking(flight_.camera);
   WATERSKY_TRY(cv::Mat image,
                flight_.frames[of_[k]].load({.color = false, .reduction = reduction}));
   for (const int r : {reduction, 1}) {
@@ -298,7 +292,7 @@ Status Aligner::track(std::size_t most) {
     reduction_ = std::max(1, (std::max(flight_.camera.width_px(), flight_.camera.height_px()) +
                               tracker_options.longest_side_px - 1) /
                                  tracker_options.longest_side_px);
-    const double started = now_s();
+    const double started = thread_cpu_s();
     std::map<int, Eigen::Matrix3d> plane;
     const auto local_map = [&](int host, const Eigen::Vector2d& px) {
       auto found = plane.find(host);
@@ -311,7 +305,7 @@ Status Aligner::track(std::size_t most) {
     const auto step = tracker.add(frame, adjustment_->frames[k].base_s, image->gray,
                                   image->reduction, valid_for(image->gray),
                                   before < 0 ? std::nullopt : expected(before, frame), local_map);
-    out_.tracking_s += now_s() - started;
+    out_.tracking_s += thread_cpu_s() - started;
     before = frame;
     if (!step) continue;
     if (step->keyframe) keyframes.push_back(frame);
@@ -398,7 +392,7 @@ void Aligner::choose_navigation_sigma() {
   const Snapshot start = snapshot();
   double best = -std::numeric_limits<double>::infinity();
   Snapshot best_found = start;
-  for (const double scale : {1.0, 0.2, 0.03}) {
+  for (const double scale : kNavigationIdeas) {
     if (known && scale != 1.0) continue;
     restore(start);
     adjustment_->priors.knot *= scale;
@@ -484,9 +478,9 @@ void Aligner::solve(bool variances) {
   o.rounds = 4;
   o.estimate_variances = variances;
   o.threads = options_.threads;
-  const double started = now_s();
+  const double started = thread_cpu_s();
   adjustment_->solve(o);
-  out_.solving_s += now_s() - started;
+  out_.solving_s += thread_cpu_s() - started;
 }
 
 /// What has not become twice as well known as it was stays as given: what moves it then is what
@@ -563,10 +557,10 @@ void Aligner::revisit() {
     const Loaded a_kept = *a;  // the cache may let go of it
     const Loaded* b = picture(pair.b);
     if (!b || b->reduction != a_kept.reduction) continue;
-    const double started = now_s();
+    const double started = thread_cpu_s();
     const auto found = find_again(a_kept.gray, b->gray, a_kept.reduction, *b_from_a, reach_px,
                                   registrar, kRevisitPoints);
-    out_.tracking_s += now_s() - started;
+    out_.tracking_s += thread_cpu_s() - started;
     const Eigen::Matrix2d revisit_covariance =
         Eigen::Matrix2d::Identity() * std::pow(kRevisit_px * b->reduction, 2);
     TieGroup group{pair.a, pair.b, true, {}};
@@ -609,7 +603,7 @@ void Aligner::finish() {
   out_.as_given = judge(given);
   out_.constant_delay = delayed_ ? judge(constant) : out_.as_given;
   out_.after = judge(full);
-  out_.pixel_sigma = out_.after.median_px / 1.1774;
+  out_.pixel_sigma = out_.after.median_px / kMedianOfTwo;
   out_.method = AlignMethod::Full;
   const double best = std::min(out_.as_given.median_m, out_.constant_delay.median_m);
   if (out_.after.ties < 10) {
@@ -636,66 +630,11 @@ void Aligner::finish() {
 }
 
 void Aligner::write_estimates(const std::optional<Adjustment::Knowledge>& known) {
-  auto& a = *adjustment_;
-  const Globals::Vector& g = a.state.globals;
-  const auto angles = [&](const Eigen::Vector3d& boresight) {
-    const YawPitchRoll ypr = yaw_pitch_roll(flight_.mount.rotation * exp_rotation(boresight) *
-                                            forward_right_down_from_camera().conjugate());
-    return Eigen::Vector3d(ypr.roll.degrees(), ypr.pitch.degrees(), ypr.yaw.degrees());
-  };
-  const Eigen::Vector3d boresight = g.segment<3>(Globals::kMount);
-  const Eigen::Vector3d given = angles(Eigen::Vector3d::Zero());
-  Eigen::Vector3d found = angles(boresight);
-  // Straight down roll and yaw share an axis: the pair nearest to what was given.
-  for (int k = 0; k < 3; ++k) found[k] = given[k] + std::remainder(found[k] - given[k], 360.0);
-  const auto sigma_of = [&](int k) { return known ? known->globals_sigma[k] : 0.0; };
-  const auto observed = [&](int k) {
-    return known && globals_before_[k] > 0 && a.priors.globals[k] > 0;
-  };
-  const auto add = [&](const char* name, const char* unit, double scale, double value,
-                       double before, int k) {
-    if (globals_before_[k] <= 0) return;
-    Estimate e;
-    e.name = name;
-    e.unit = unit;
-    e.given = before;
-    e.observed = observed(k);
-    e.value = e.observed ? value : before;
-    e.sigma_before = scale * globals_before_[k];
-    e.sigma = e.observed ? scale * sigma_of(k) : e.sigma_before;
-    out_.estimates.push_back(e);
-  };
-  constexpr double kDegree = 180 / std::numbers::pi;
-  // About the camera's own axes: right, down and forward of the image.
-  add("mount_about_image_right_deg", "deg", kDegree, kDegree * boresight.x(), 0.0, Globals::kMount);
-  add("mount_about_image_down_deg", "deg", kDegree, kDegree * boresight.y(), 0.0,
-      Globals::kMount + 1);
-  add("mount_about_optical_axis_deg", "deg", kDegree, kDegree * boresight.z(), 0.0,
-      Globals::kMount + 2);
-  const Eigen::Vector3d lever = flight_.mount.lever_arm_m;
-  const char* const lever_names[3] = {"mount_x_m", "mount_y_m", "mount_z_m"};
-  for (int k = 0; k < 3; ++k)
-    add(lever_names[k], "m", 1.0, lever[k] + g[Globals::kLever + k], lever[k], Globals::kLever + k);
-  add("focal_scale", "1", 1.0, 1.0 + g[Globals::kFocal], 1.0, Globals::kFocal);
-  add("height_offset_m", "m", 1.0, g[Globals::kHeight], 0.0, Globals::kHeight);
-  const char* const encoder_names[3] = {"gimbal_base_roll_deg", "gimbal_base_pitch_deg",
-                                        "gimbal_base_yaw_deg"};
-  for (int k = 0; k < 3; ++k)
-    add(encoder_names[k], "deg", kDegree, kDegree * g[Globals::kEncoder + k], 0.0,
-        Globals::kEncoder + k);
-  add("gimbal_latency_s", "s", 1.0, g[Globals::kLatency], 0.0, Globals::kLatency);
-  add("ice_drift_north_m_s", "m/s", 1.0, g[Globals::kDrift], 0.0, Globals::kDrift);
-  add("ice_drift_east_m_s", "m/s", 1.0, g[Globals::kDrift + 1], 0.0, Globals::kDrift + 1);
-
-  out_.mount = flight_.mount;
-  out_.mount.rotation = flight_.mount.rotation * exp_rotation(boresight);
-  out_.mount.lever_arm_m += g.segment<3>(Globals::kLever);
-  if (out_.method == AlignMethod::Full) {
-    out_.mount.assumed = false;
-    // The poses' covariances hold what is left of the mount's uncertainty.
-    out_.mount.sigma_rad = known ? known->globals_sigma.segment<3>(Globals::kMount).maxCoeff() : 0;
-  }
-  out_.focal_scale = 1.0 + g[Globals::kFocal];
+  const auto& a = *adjustment_;
+  out_.estimates = estimates_of(flight_, a, globals_before_, known ? &*known : nullptr);
+  // The poses' covariances hold what is left of the mount's uncertainty.
+  out_.mount = corrected_mount(flight_.mount, a, known ? &*known : nullptr);
+  out_.focal_scale = 1.0 + a.state.globals[Globals::kFocal];
   out_.navigation_sigma.position_north_east_down_m = a.priors.knot.head<3>();
   out_.navigation_sigma.roll_pitch_yaw_rad = a.priors.knot.tail<3>();
   if (known) out_.shared_covariance_m2 = known->shared_m2;
@@ -829,6 +768,7 @@ Result<Alignment> Aligner::run() {
 Result<Alignment> align_flight(const Flight& flight, const AlignOptions& options,
                                const Progress& progress) {
   WATERSKY_CHECK(validate(options.parameters));
+  if (options.parameters.causal) return align_flight_causally(flight, options, progress);
   return align::Aligner(flight, options, progress).run();
 }
 

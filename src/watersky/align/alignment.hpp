@@ -34,6 +34,7 @@ struct AlignParameters {
   double delay_walk_s = 0.004;
   bool revisits = true;
   bool estimate_ice_drift = false;
+  bool causal = false;
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
     visit(self.tracked_points,
@@ -66,6 +67,9 @@ struct AlignParameters {
     visit(self.estimate_ice_drift,
           ParameterInfo{"estimate_ice_drift", "1",
                         "estimate one velocity of all ice; needs GNSS or a fixed point"});
+    visit(self.causal,
+          ParameterInfo{"causal", "1",
+                        "each frame by what came before it alone, as it would be in flight"});
   }
 };
 
@@ -130,6 +134,7 @@ struct Alignment {
   Eigen::Matrix2d shared_covariance_m2 = Eigen::Matrix2d::Zero();
   std::size_t keyframes = 0, sightings = 0, revisits = 0;
   double tracking_s = 0.0, solving_s = 0.0;  ///< CPU of one core, without decoding
+  double longest_solve_s = 0.0;              ///< of one frame in flight, start-up aside
   std::vector<std::string> notes;            ///< what was assumed, found, or could not be seen
 };
 

@@ -508,6 +508,54 @@ class LinkCost final : public ceres::CostFunction {
 
 }  // namespace
 
+namespace {
+
+/// root (x - mean) of blocks laid one behind the other.
+class FirstFrameCost final : public ceres::CostFunction {
+ public:
+  /// `columns`: of each block, which elements of x its own are; -1: of none.
+  FirstFrameCost(const FirstFramePrior& prior, std::vector<std::vector<int>> columns)
+      : mean_(prior.mean), columns_(std::move(columns)) {
+    const Eigen::LLT<Eigen::MatrixXd> covariance(prior.covariance);
+    root_ = covariance.matrixL().solve(
+        Eigen::MatrixXd::Identity(prior.covariance.rows(), prior.covariance.cols()));
+    set_num_residuals(static_cast<int>(mean_.size()));
+    for (const auto& c : columns_)
+      mutable_parameter_block_sizes()->push_back(static_cast<int>(c.size()));
+  }
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    Eigen::VectorXd x = mean_;
+    for (std::size_t b = 0; b < columns_.size(); ++b)
+      for (std::size_t k = 0; k < columns_[b].size(); ++k)
+        if (columns_[b][k] >= 0) x[columns_[b][k]] = parameters[b][k];
+    const Eigen::Index n = mean_.size();
+    Eigen::Map<Eigen::VectorXd>(residuals, n) = root_ * (x - mean_);
+    if (!jacobians) return true;
+    for (std::size_t b = 0; b < columns_.size(); ++b) {
+      if (!jacobians[b]) continue;
+      const auto size = static_cast<Eigen::Index>(columns_[b].size());
+      Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>> j(
+          jacobians[b], n, size);
+      for (Eigen::Index k = 0; k < size; ++k) {
+        const int column = columns_[b][static_cast<std::size_t>(k)];
+        if (column >= 0)
+          j.col(k) = root_.col(column);
+        else
+          j.col(k).setZero();
+      }
+    }
+    return true;
+  }
+
+ private:
+  Eigen::VectorXd mean_;
+  Eigen::MatrixXd root_;
+  std::vector<std::vector<int>> columns_;
+};
+
+}  // namespace
+
 /// Rows and columns at the present state.
 struct Adjustment::Linear {
   Eigen::SparseMatrix<double> jacobian;
@@ -522,7 +570,7 @@ struct Adjustment::Linear {
 /// The Ceres problem, and its rows by what they assume.
 class Adjustment::Problem {
  public:
-  enum Kind { Ties, Knots, Delays, Jitters, Shared };
+  enum Kind { Ties, Knots, Delays, Jitters, Shared, First };
 
   Problem(const Adjustment& adjustment, AdjustmentState& state)
       : adjustment_(adjustment), state_(state), blocks_(blocks_of(state)) {
@@ -546,7 +594,9 @@ class Adjustment::Problem {
   Summary solve(const AdjustmentOptions& options) {
     ceres::Solver::Options o;
     o.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-    o.max_num_iterations = 25;
+    // As fast as others at this size and structure, and without threads of its own.
+    o.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;
+    o.max_num_iterations = options.iterations;
     o.function_tolerance = 1e-6;
     o.num_threads = std::max(1, options.threads);
     o.logging_type = ceres::SILENT;
@@ -643,6 +693,7 @@ class Adjustment::Problem {
 
   void add_priors() {
     const AdjustmentPriors& p = adjustment_.priors;
+    const bool first = adjustment_.before_first.has_value();
     const auto& t = adjustment_.knot_times_s;
     for (std::size_t k = 0; k < t.size(); ++k) {
       const int block = static_cast<int>(k);
@@ -654,7 +705,7 @@ class Adjustment::Problem {
           sigma[c] *= std::sqrt(std::max(1e-12, 1.0 - keep[c] * keep[c]));
         }
         add(new LinkCost(keep, sigma, Eigen::VectorXd::Zero(6), true), {block, block - 1}, Knots);
-      } else {
+      } else if (!first) {
         add(new LinkCost(keep, sigma, Eigen::VectorXd::Zero(6), false), {block}, Knots);
       }
     }
@@ -666,6 +717,7 @@ class Adjustment::Problem {
       const auto& d = adjustment_.delay_knot_times_s;
       for (std::size_t k = 0; k < d.size(); ++k) {
         const int block = blocks_.delay(static_cast<int>(k));
+        if (k == 0 && first) continue;
         if (k == 0)
           add(new LinkCost(one(0), one(p.delay_s), one(adjustment_.delay_start_s), false), {block},
               Delays);
@@ -676,7 +728,7 @@ class Adjustment::Problem {
     }
     for (int f = 0; f < blocks_.frames; ++f) {
       const int block = blocks_.jitter(f);
-      if (!used_[static_cast<std::size_t>(block)]) continue;
+      if (!used_[static_cast<std::size_t>(block)] || (first && f == 0)) continue;
       add(new LinkCost(one(0), one(p.jitter_s), one(0), false), {block}, Jitters);
     }
     const int globals = blocks_.globals();
@@ -690,14 +742,34 @@ class Adjustment::Problem {
         fixed.push_back(k);
       sigma[k] = p.globals[k] > 0.0 ? p.globals[k] : 1.0;
     }
-    add(new LinkCost(Eigen::VectorXd::Zero(Globals::kSize), sigma,
-                     Eigen::VectorXd::Zero(Globals::kSize), false),
-        {globals}, Shared);
+    if (first)
+      add_first();
+    else
+      add(new LinkCost(Eigen::VectorXd::Zero(Globals::kSize), sigma,
+                       Eigen::VectorXd::Zero(Globals::kSize), false),
+          {globals}, Shared);
     if (free_globals_.empty())
       problem_->SetParameterBlockConstant(pointer(globals));
     else if (!fixed.empty())
       problem_->SetManifold(pointer(globals), new ceres::SubsetManifold(Globals::kSize, fixed));
     if (free_globals_.empty()) used_[static_cast<std::size_t>(globals)] = 0;
+  }
+
+  /// In the order of FirstFramePrior.
+  void add_first() {
+    std::vector<int> blocks;
+    std::vector<std::vector<int>> columns;
+    int column = 0;
+    const auto lay = [&](int block) {
+      std::vector<int> own;
+      for (int k = 0; k < blocks_.size(block); ++k)
+        own.push_back(
+            block == blocks_.globals() && adjustment_.priors.globals[k] <= 0.0 ? -1 : column++);
+      blocks.push_back(block);
+      columns.push_back(std::move(own));
+    };
+    for (const int block : adjustment_.first_blocks()) lay(block);
+    add(new FirstFrameCost(*adjustment_.before_first, std::move(columns)), blocks, First);
   }
 
   const Adjustment& adjustment_;
@@ -708,6 +780,98 @@ class Adjustment::Problem {
   std::vector<char> used_;
   std::vector<int> free_globals_;
 };
+
+std::vector<int> Adjustment::first_blocks() const {
+  const Blocks blocks = blocks_of(state);
+  std::vector<int> out{0};
+  const bool delayed = !frames.empty() && frames.front().delayed && !frames.front().own;
+  if (delayed && priors.jitter_s > 0.0) out.push_back(blocks.jitter(0));
+  if (delayed && blocks.delays > 0) out.push_back(blocks.delay(0));
+  out.push_back(blocks.globals());
+  return out;
+}
+
+void Adjustment::forget_first(double walk_s) {
+  // Of the first two frames alone: all that touches the first, and what the second has for itself.
+  Adjustment pair(*navigation_, mount_, focal_px_, readout_s_);
+  pair.frames = {frames[0], frames[1]};
+  pair.knot_times_s = {knot_times_s[0], knot_times_s[1]};
+  pair.delay_knot_times_s = delay_knot_times_s;
+  pair.delay_start_s = delay_start_s;
+  pair.priors = priors;
+  pair.before_first = before_first;
+  pair.state = state;
+  pair.state.knots.resize(2);
+  pair.state.jitter_s.resize(2);
+  pair.state.extra.resize(2);
+  for (const TieGroup& g : groups)
+    if (g.host == 0 && g.frame == 1) pair.groups.push_back(g);
+  const Blocks blocks = blocks_of(pair.state);
+  const Problem problem(pair, pair.state);
+  const auto linear = problem.linearise();
+  before_first.reset();
+  if (linear->good) {
+    // Of the second frame it is what `before_first` holds, in that order.
+    std::vector<int> kept{1};
+    const bool delayed = frames[1].delayed && !frames[1].own;
+    if (delayed && priors.jitter_s > 0.0) kept.push_back(blocks.jitter(1));
+    if (delayed && blocks.delays > 0) kept.push_back(blocks.delay(0));
+    kept.push_back(blocks.globals());
+    std::vector<Eigen::Index> columns;  // -1: what nothing told of has its prior
+    std::vector<double> mean;
+    Eigen::Index walks = -1;
+    for (const int b : kept) {
+      const int column = linear->first_column[static_cast<std::size_t>(b)];
+      const double* at = problem.pointer(b);
+      if (blocks.delays > 0 && b == blocks.delay(0))
+        walks = static_cast<Eigen::Index>(columns.size());
+      if (b == blocks.globals()) {
+        for (std::size_t k = 0; column >= 0 && k < problem.free_globals().size(); ++k) {
+          columns.push_back(column + static_cast<Eigen::Index>(k));
+          mean.push_back(at[problem.free_globals()[k]]);
+        }
+      } else {
+        for (int k = 0; k < blocks.size(b); ++k) {
+          columns.push_back(column < 0 ? -1 : column + k);
+          mean.push_back(column < 0 ? 0.0 : at[k]);
+        }
+      }
+    }
+    const auto n = static_cast<Eigen::Index>(columns.size());
+    const Eigen::VectorXd step =
+        linear->normal.solve(-(linear->jacobian.transpose() * linear->residuals));
+    FirstFramePrior made{Eigen::VectorXd(n), Eigen::MatrixXd::Zero(n, n)};
+    for (Eigen::Index c = 0; c < n; ++c) {
+      const auto column = columns[static_cast<std::size_t>(c)];
+      made.mean[c] = mean[static_cast<std::size_t>(c)];
+      if (column < 0) {
+        // A frame's own delay is all that may have no row.
+        made.covariance(c, c) = priors.jitter_s * priors.jitter_s;
+        continue;
+      }
+      made.mean[c] += step[column];
+      Eigen::VectorXd unit = Eigen::VectorXd::Zero(linear->jacobian.cols());
+      unit[column] = 1.0;
+      const Eigen::VectorXd solved = linear->normal.solve(unit);
+      for (Eigen::Index r = 0; r < n; ++r)
+        if (const auto row = columns[static_cast<std::size_t>(r)]; row >= 0)
+          made.covariance(r, c) = solved[row];
+    }
+    made.covariance = 0.5 * (made.covariance + made.covariance.transpose()).eval();
+    if (walks >= 0) made.covariance(walks, walks) += walk_s * walk_s;
+    if (made.mean.allFinite() && made.covariance.allFinite() &&
+        made.covariance.llt().info() == Eigen::Success)
+      before_first = std::move(made);
+  }
+  frames.erase(frames.begin());
+  for (AdjustedFrame& f : frames) --f.knot;
+  knot_times_s.erase(knot_times_s.begin());
+  state.knots.erase(state.knots.begin());
+  state.jitter_s.erase(state.jitter_s.begin());
+  state.extra.erase(state.extra.begin());
+  std::erase_if(groups, [](const TieGroup& g) { return g.host == 0 || g.frame == 0; });
+  for (TieGroup& g : groups) --g.host, --g.frame;
+}
 
 void Adjustment::look_at_residuals(bool first, bool forgiving) {
   std::vector<double> sizes;
@@ -749,8 +913,7 @@ void Adjustment::look_at_residuals(bool first, bool forgiving) {
       tie.robust /= tie.scale;
       if (!tie.held_out) sizes.push_back(tie.robust);
     }
-  // The median length of two normal numbers of sigma 1 is 1.177.
-  const double sigma = std::max(0.1, middle_of(sizes) / 1.1774);
+  const double sigma = std::max(0.1, middle_of(sizes) / kMedianOfTwo);
   priors.tie = first ? std::max(sigma, 2.0) : sigma;
   for (TieGroup& group : groups) {
     // A frame whose time or pose is still wrong is off as a whole: that is what is to be found, and
@@ -760,7 +923,7 @@ void Adjustment::look_at_residuals(bool first, bool forgiving) {
       sizes.clear();
       for (const Tie& tie : group.ties)
         if (tie.robust >= 0.0) sizes.push_back(tie.robust);
-      if (!sizes.empty()) own = std::max(own, middle_of(sizes) / 1.1774);
+      if (!sizes.empty()) own = std::max(own, middle_of(sizes) / kMedianOfTwo);
     }
     for (Tie& tie : group.ties) {
       const double x = tie.robust / (3.0 * own);
@@ -822,7 +985,7 @@ Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
     AdjustmentState state;
   } best;
   for (int round = 0; round < options.rounds; ++round) {
-    look_at_residuals(round == 0, round + 1 < options.rounds);
+    look_at_residuals(round == 0 && !options.warm, round + 1 < options.rounds);
     Problem problem(*this, state);
     const Summary s = problem.solve(options);
     total.usable = s.usable;
@@ -887,9 +1050,8 @@ Adjustment::Summary Adjustment::solve(const AdjustmentOptions& options) {
 }
 
 void Adjustment::solve_frames() {
-  std::vector<std::vector<std::size_t>> groups_of(frames.size());
-  for (std::size_t g = 0; g < groups.size(); ++g)
-    groups_of[static_cast<std::size_t>(groups[g].frame)].push_back(g);
+  std::vector<std::vector<const TieGroup*>> groups_of(frames.size());
+  for (const TieGroup& g : groups) groups_of[static_cast<std::size_t>(g.frame)].push_back(&g);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const AdjustedFrame& frame = frames[i];
     if (frame.weight <= 0.0) continue;
@@ -901,31 +1063,64 @@ void Adjustment::solve_frames() {
       sigma[c] = priors.knot[c] *
                  std::sqrt(2.0 * dt / tau * std::max(0.02, frame.weight * (1 - frame.weight)));
     }
-    for (int step = 0; step < 2; ++step) {
-      const ModelCamera camera = this->camera(static_cast<int>(i));
-      Eigen::Map<Eigen::Matrix<double, 6, 1>> extra(state.extra[i].data());
-      Matrix6 normal = sigma.cwiseAbs2().cwiseInverse().asDiagonal();
-      Eigen::Matrix<double, 6, 1> right = -normal * extra;
-      for (const std::size_t g : groups_of[i]) {
-        const ModelCamera host = this->camera(groups[g].host);
-        for (const Tie& tie : groups[g].ties) {
-          if (tie.held_out || tie.robust <= 0.0) continue;
-          const auto t =
-              transfer(host.at_row(tie.host_row, readout_s_),
-                       camera.at_row(tie.frame_row, readout_s_), tie.host, tie.frame,
-                       state.globals[Globals::kFocal], state.globals.segment<2>(Globals::kDrift),
-                       time_s(static_cast<int>(i), state) - time_s(groups[g].host, state));
-          if (!t) continue;
-          const Eigen::Matrix2d scale =
-              focal_px_ / (priors.tie * tie.scale) * std::sqrt(tie.robust) * tie.whiten;
-          const Matrix26 rows = scale * t->by_frame;
-          normal += rows.transpose() * rows;
-          right -= rows.transpose() * (scale * t->residual);
-        }
-      }
-      extra += normal.ldlt().solve(right);
-    }
+    solve_frame(static_cast<int>(i), groups_of[i], sigma, 0.0, false);
   }
+}
+
+Eigen::Matrix<double, 6, 6> Adjustment::solve_frame(int frame,
+                                                    const std::vector<const TieGroup*>& of_frame,
+                                                    const Eigen::Matrix<double, 6, 1>& sigma,
+                                                    double jitter_s, bool reweigh) {
+  using Vector7 = Eigen::Matrix<double, 7, 1>;
+  using Matrix7 = Eigen::Matrix<double, 7, 7>;
+  const auto i = static_cast<std::size_t>(frame);
+  const int steps = reweigh ? 4 : 2;
+  std::vector<ModelCamera> hosts;
+  for (const TieGroup* g : of_frame) hosts.push_back(camera(g->host));
+  Vector7 information;
+  information << sigma.cwiseAbs2().cwiseInverse(),
+      jitter_s > 0.0 ? 1.0 / (jitter_s * jitter_s) : 1.0;
+  Eigen::Map<Eigen::Matrix<double, 6, 1>> extra(state.extra[i].data());
+  Matrix7 normal;
+  Eigen::Matrix<double, 6, 7> by;
+  for (int step = 0; step < steps; ++step) {
+    Evaluated e;
+    evaluate(frame, state, true, e);
+    // Of the frame's own error its knot's derivative is the whole, where it has but one.
+    by.leftCols<6>() = e.slots[0].by.leftCols<6>() / (1.0 - frames[i].weight);
+    by.col(6).setZero();
+    if (jitter_s > 0.0) by.col(6) << -e.camera.velocity_m_s, -e.camera.rate_rad_s;
+    normal = information.asDiagonal();
+    Vector7 right;
+    right << -(information.head<6>().cwiseProduct(extra)),
+        (jitter_s > 0.0 ? -information[6] * state.jitter_s[i] : 0.0);
+    for (std::size_t g = 0; g < of_frame.size(); ++g) {
+      const double elapsed_s = e.t_s - time_s(of_frame[g]->host, state);
+      for (const Tie& tie : of_frame[g]->ties) {
+        if (tie.held_out || tie.robust <= 0.0) continue;
+        const auto t = transfer(hosts[g].at_row(tie.host_row, readout_s_),
+                                e.camera.at_row(tie.frame_row, readout_s_), tie.host, tie.frame,
+                                state.globals[Globals::kFocal],
+                                state.globals.segment<2>(Globals::kDrift), elapsed_s);
+        if (!t) continue;
+        const Eigen::Matrix2d whole = focal_px_ / (priors.tie * tie.scale) * tie.whiten;
+        double robust = tie.robust;
+        if (reweigh) {
+          // Loose at first: a frame that is off as a whole is to be moved, not doubted.
+          const double x2 = (whole * t->residual).squaredNorm() / (step == 0 ? 900.0 : 9.0);
+          robust = 1.0 / (1.0 + x2);
+        }
+        const Eigen::Matrix2d scale = std::sqrt(robust) * whole;
+        const Eigen::Matrix<double, 2, 7> rows = scale * t->by_frame * by;
+        normal += rows.transpose() * rows;
+        right -= rows.transpose() * (scale * t->residual);
+      }
+    }
+    const Vector7 move = normal.ldlt().solve(right);
+    extra += move.head<6>();
+    if (jitter_s > 0.0) state.jitter_s[i] += move[6];
+  }
+  return by * normal.inverse() * by.transpose();
 }
 
 std::optional<Adjustment::Knowledge> Adjustment::knowledge() const {

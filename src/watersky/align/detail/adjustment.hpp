@@ -26,6 +26,9 @@
 
 namespace watersky::align {
 
+/// The median length of two independent normal numbers of sigma 1, √(2 ln 2).
+inline constexpr double kMedianOfTwo = 1.1774;
+
 /// One frame as the estimator sees it.
 struct AdjustedFrame {
   double base_s = 0.0;                  ///< captured, or received
@@ -85,10 +88,20 @@ struct AdjustmentPriors {
   double tie = 1.0;                                   ///< of a whitened residual
 };
 
+/// What all that came before the first frame has told, in place of the priors on what it touches:
+/// normal, of the first frame's knot (6), its own delay (where it has one), the first delay knot
+/// (where there is one) and the globals that are free, in this order.
+struct FirstFramePrior {
+  Eigen::VectorXd mean;
+  Eigen::MatrixXd covariance;
+};
+
 struct AdjustmentOptions {
   int rounds = 4;  ///< of weights from residuals
   bool estimate_variances = true;
   int threads = 1;
+  int iterations = 25;  ///< at most, of each round
+  bool warm = false;    ///< the state is near already: residuals are believed from the start
 };
 
 /// A camera by the model, with how it moves.
@@ -127,6 +140,7 @@ class Adjustment {
   std::vector<double> delay_knot_times_s;  ///< of bases; one: a constant
   std::vector<TieGroup> groups;
   AdjustmentPriors priors;
+  std::optional<FirstFramePrior> before_first;
   AdjustmentState state;
   double delay_start_s = 0.0;  ///< the prior's mean
 
@@ -146,6 +160,16 @@ class Adjustment {
   [[nodiscard]] double log_evidence() const;
   /// Each frame by itself, all else as it stands: what happens between knots.
   void solve_frames();
+  /// One frame by itself: `extra` about zero by `sigma`, and its own delay, where `jitter_s` is
+  /// not 0, about zero by that. `groups`: ties of hosts to it; `reweigh`: by their residuals.
+  /// Returns the covariance of its camera (position, rotation vector) given all else.
+  Eigen::Matrix<double, 6, 6> solve_frame(int frame, const std::vector<const TieGroup*>& groups,
+                                          const Eigen::Matrix<double, 6, 1>& sigma, double jitter_s,
+                                          bool reweigh);
+  /// Lets go of the first frame and its knot, which no frame may share: what it and its ties to the
+  /// second tell becomes `before_first`; its other ties are forgotten. `walk_s`: how far the delay
+  /// may have wandered from frame to frame. Needs a knot a frame and no more than one delay knot.
+  void forget_first(double walk_s);
 
   [[nodiscard]] double delay_of(int frame) const;  ///< D + j; 0 where not delayed
   [[nodiscard]] ModelCamera camera(int frame) const { return camera(frame, state); }
@@ -162,7 +186,7 @@ class Adjustment {
   /// Times between a tie's frames, for moving ice.
   [[nodiscard]] double time_s(int frame, const AdjustmentState& s) const;
 
-  /// What is known after solving: covariances of the state, where asked.
+  /// What is known after solving: covariances of the state.
   class Knowledge;
   [[nodiscard]] std::optional<Knowledge> knowledge() const;
 
@@ -180,6 +204,8 @@ class Adjustment {
   [[nodiscard]] std::pair<int, double> delay_place(double base_s) const;
   void evaluate(int frame, const AdjustmentState& s, bool derivatives, Evaluated& out) const;
   void look_at_residuals(bool first, bool forgiving);
+  /// What `before_first` is of, in its order.
+  [[nodiscard]] std::vector<int> first_blocks() const;
 
   const Navigation* navigation_;
   Mount mount_;

@@ -6,7 +6,21 @@ namespace watersky::align {
 Result<AlignedFrame> aligned_frame(const Adjustment& adjustment, int frame,
                                    const FrameWriting& how) {
   const bool ned = how.gimbal_reference == GimbalReference::NorthEastDown;
-  const ModelPlatform platform = adjustment.platform(frame);
+  ModelPlatform platform = adjustment.platform(frame);
+  if (how.fold_mount) {
+    const Globals::Vector& g = adjustment.state.globals;
+    const Mount& mount = adjustment.mount();
+    const Eigen::Quaterniond was = platform.reference * platform.gimbal;
+    const Eigen::Quaterniond now = was * mount.rotation *
+                                   exp_rotation(g.segment<3>(Globals::kMount)) *
+                                   mount.rotation.conjugate();
+    platform.position_m +=
+        was * (mount.lever_arm_m + g.segment<3>(Globals::kLever)) - now * mount.lever_arm_m;
+    if (how.gimbal_reference)
+      platform.gimbal = platform.reference.conjugate() * now;
+    else
+      platform.reference = now;
+  }
   WATERSKY_TRY(const Eigen::Quaterniond world_from_local,
                how.local->world_from_local_rotation(platform.position_m));
   LocalPose body{platform.reference, platform.position_m};

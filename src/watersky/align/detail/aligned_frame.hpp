@@ -16,6 +16,9 @@ struct FrameWriting {
   /// The body as recorded: of a gimbal against north, east, down the body's attitude plays no part
   /// in the model, and is kept.
   std::optional<Rigid3<World, Body>> recorded{};
+  /// What was found of the mount goes into the poses: they are of a body on which the camera sits
+  /// as it was given.
+  bool fold_mount = false;
   /// Of the camera: position [m], rotation vector [rad], axes of Local.
   Eigen::Matrix<double, 6, 6> covariance = Eigen::Matrix<double, 6, 6>::Zero();
   /// Of the offset that frames share, m²: goes into the sigma, not the covariance.

@@ -85,6 +85,43 @@ std::vector<double> even_times(const std::vector<double>& received_s) {
   return even;
 }
 
+bool ArrivalClock::add(double received_s, const std::optional<std::uint64_t>& counter) {
+  counted_ = counted_ && counter && (counters_.empty() || *counter > counters_.back());
+  received_s_.push_back(received_s);
+  if (counter) counters_.push_back(*counter);
+  if (received_s_.size() > kRemembered) {
+    received_s_.erase(received_s_.begin());
+    if (counted_) counters_.erase(counters_.begin());
+  }
+  if (++count_ % kEnough != 0) return false;
+  if (counted_) {
+    clock_ = fit_capture_clock(counters_, received_s_);
+    return clock_.has_value();
+  }
+  const bool was_regular = clock_.has_value();
+  clock_.reset();
+  const std::size_t recent = std::min<std::size_t>(received_s_.size(), 4 * kEnough);
+  const std::vector<double> last(received_s_.end() - static_cast<std::ptrdiff_t>(recent),
+                                 received_s_.end());
+  jitter_s_ = arrival_jitter_s(last, even_times(last));
+  return was_regular;
+}
+
+double ArrivalClock::base_s(double received_s, const std::optional<std::uint64_t>& counter) const {
+  if (!clock_ || !counter) return received_s;
+  return clock_->start_s + clock_->period_s * static_cast<double>(*counter);
+}
+
+double arrival_jitter_s(const std::vector<double>& received_s, const std::vector<double>& even_s) {
+  std::vector<double> off;
+  for (std::size_t k = 0; k < even_s.size(); ++k)
+    off.push_back(std::abs(received_s[k] - even_s[k]));
+  if (off.empty()) return 0.0;
+  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
+  std::nth_element(off.begin(), middle, off.end());
+  return std::clamp(1.2 * *middle / 0.6745, 1e-3, 0.2);
+}
+
 namespace {
 
 double middle_of(std::vector<double> v) {

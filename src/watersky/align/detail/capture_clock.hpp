@@ -23,6 +23,34 @@ struct CaptureClock {
 /// arrives unevenly was still taken evenly, but for frames that were lost.
 [[nodiscard]] std::vector<double> even_times(const std::vector<double>& received_s);
 
+/// One sigma of frames' own delays, from their arrivals and the even times under them.
+[[nodiscard]] double arrival_jitter_s(const std::vector<double>& received_s,
+                                      const std::vector<double>& even_s);
+
+/// What arrivals tell of the times of frames that still come in: the regular clock of those that
+/// are counted, of the others how unevenly they arrive.
+class ArrivalClock {
+ public:
+  /// In order of arrival. True: base times have changed for all frames.
+  bool add(double received_s, const std::optional<std::uint64_t>& counter);
+  /// When it was captured, up to the delay.
+  [[nodiscard]] double base_s(double received_s, const std::optional<std::uint64_t>& counter) const;
+  [[nodiscard]] const std::optional<CaptureClock>& regular() const { return clock_; }
+  /// One sigma of frames' own delays about their mean; 0 for a regular clock.
+  [[nodiscard]] double jitter_s() const { return clock_ ? 0.0 : jitter_s_; }
+  /// Enough has arrived to tell.
+  [[nodiscard]] bool settled() const { return count_ >= kEnough; }
+
+ private:
+  static constexpr std::size_t kEnough = 30, kRemembered = 900;
+  std::vector<double> received_s_;
+  std::vector<std::uint64_t> counters_;
+  bool counted_ = true;
+  std::size_t count_ = 0;
+  std::optional<CaptureClock> clock_;
+  double jitter_s_ = 0.03;  ///< until it is known
+};
+
 /// The same clock found without a counter, from capture times that were estimated well (`sigma_s`
 /// small) for a part of the frames: slots of one period, each frame in one of its own, in order.
 /// Frames whose time is not known well lie in the slots between, nearest to `estimated_s`. nullopt

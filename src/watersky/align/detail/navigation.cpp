@@ -2,6 +2,7 @@
 #include "watersky/align/detail/navigation.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace watersky::align {
 
@@ -62,10 +63,8 @@ Result<Navigation> Navigation::make(const Flight& flight, const LocalFrame& fram
   std::array<std::vector<double>, 6> sigmas;
   navigation.poses_.reserve(poses.size());
   for (const StampedPose& pose : poses) {
-    WATERSKY_TRY(const LocalPose local, frame.local(pose.world_from_body));
-    const Geodetic place = flight.datum.geodetic(pose.world_from_body.origin());
-    navigation.poses_.push_back({navigation.since_epoch_s(pose.time), local.position_m,
-                                 reference_of(flight, frame, local.rotation, place)});
+    WATERSKY_TRY(const Pose local, navigation.local_pose(flight, frame, pose));
+    navigation.poses_.push_back(local);
     if (pose.sigma)
       for (int k = 0; k < 3; ++k) {
         sigmas[static_cast<std::size_t>(k)].push_back(pose.sigma->position_north_east_down_m[k]);
@@ -81,12 +80,59 @@ Result<Navigation> Navigation::make(const Flight& flight, const LocalFrame& fram
   if (flight.gimbal_reference)
     for (const StampedRotation& r : flight.gimbal.rotations())
       navigation.gimbal_.push_back({navigation.since_epoch_s(r.time), r.rotation});
-  std::vector<double> steps;
-  for (std::size_t i = 1; i < navigation.poses_.size(); ++i)
-    steps.push_back(navigation.poses_[i].t_s - navigation.poses_[i - 1].t_s);
-  // Over less than a step the interpolated motion has corners; over much more it is smoothed.
-  navigation.half_step_s_ = std::clamp(median(steps), 0.005, 0.25);
+  navigation.see_steps();
   return navigation;
+}
+
+Result<Navigation::Pose> Navigation::local_pose(const Flight& flight, const LocalFrame& frame,
+                                                const StampedPose& pose) const {
+  WATERSKY_TRY(const LocalPose local, frame.local(pose.world_from_body));
+  const Geodetic place = flight.datum.geodetic(pose.world_from_body.origin());
+  return Pose{since_epoch_s(pose.time), local.position_m,
+              reference_of(flight, frame, local.rotation, place)};
+}
+
+void Navigation::see_steps() {
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < poses_.size(); ++i)
+    steps.push_back(poses_[i].t_s - poses_[i - 1].t_s);
+  // Over less than a step the interpolated motion has corners; over much more it is smoothed.
+  half_step_s_ = std::clamp(median(std::move(steps)), 0.005, 0.25);
+}
+
+Status Navigation::add(const Flight& flight, const LocalFrame& frame, const StampedPose& pose) {
+  WATERSKY_TRY(const Pose local, local_pose(flight, frame, pose));
+  if (!poses_.empty() && local.t_s <= poses_.back().t_s)
+    return Error{ErrorCode::OutOfRange, "a pose is not later than the one before it"};
+  poses_.push_back(local);
+  if (pose.sigma) typical_sigma_ = *pose.sigma;
+  // Steps do not change in flight: once there are enough they are known.
+  constexpr std::size_t kEnough = 50;
+  if (poses_.size() <= kEnough) see_steps();
+  return {};
+}
+
+Status Navigation::add(const StampedRotation& gimbal) {
+  const double t_s = since_epoch_s(gimbal.time);
+  if (!gimbal_.empty() && t_s <= gimbal_.back().t_s)
+    return Error{ErrorCode::OutOfRange, "a gimbal attitude is not later than the one before it"};
+  gimbal_.push_back({t_s, gimbal.rotation});
+  return {};
+}
+
+void Navigation::forget_before(double t_s) {
+  const auto cut = [&](auto& samples) {
+    if (samples.empty()) return;
+    samples.erase(samples.begin(),
+                  samples.begin() + static_cast<std::ptrdiff_t>(before(samples, t_s)));
+  };
+  cut(poses_);
+  cut(gimbal_);
+}
+
+double Navigation::until_s() const {
+  if (poses_.empty()) return -std::numeric_limits<double>::infinity();
+  return gimbal_.empty() ? poses_.back().t_s : std::min(poses_.back().t_s, gimbal_.back().t_s);
 }
 
 bool Navigation::covers(double t_s) const {

@@ -18,12 +18,24 @@ struct NavigationSample {
   Eigen::Vector3d gimbal_rate_rad_s = Eigen::Vector3d::Zero();     ///< axes of the reference
 };
 
-/// Immutable. Times are seconds since `epoch()`.
+/// Times are seconds since `epoch()`.
 class Navigation {
  public:
   /// Of a flight's trajectory and gimbal. Fails as LocalFrame does.
   [[nodiscard]] static Result<Navigation> make(const Flight& flight, const LocalFrame& frame,
                                                double max_gap_s);
+
+  /// Of poses that are still to come, in order of time: add() and forget_before().
+  explicit Navigation(Time epoch, double max_gap_s) : epoch_(epoch), max_gap_s_(max_gap_s) {}
+  /// `flight` says what the gimbal turns against. OutOfRange when it does not follow the last;
+  /// fails as LocalFrame does.
+  [[nodiscard]] Status add(const Flight& flight, const LocalFrame& frame, const StampedPose& pose);
+  [[nodiscard]] Status add(const StampedRotation& gimbal);
+  /// Poses are kept from the last one before `t_s` on.
+  void forget_before(double t_s);
+  /// The time of the last pose (and gimbal attitude); nothing after is known. Minus infinity
+  /// without any.
+  [[nodiscard]] double until_s() const;
 
   [[nodiscard]] Time epoch() const { return epoch_; }
   [[nodiscard]] double since_epoch_s(Time t) const { return to_seconds(t - epoch_); }
@@ -48,6 +60,10 @@ class Navigation {
     double t_s;
     Eigen::Quaterniond rotation;
   };
+  Navigation() = default;
+  [[nodiscard]] Result<Pose> local_pose(const Flight& flight, const LocalFrame& frame,
+                                        const StampedPose& pose) const;
+  void see_steps();
   [[nodiscard]] Pose pose_at(double t_s) const;
   [[nodiscard]] Eigen::Quaterniond gimbal_at(double t_s) const;
 

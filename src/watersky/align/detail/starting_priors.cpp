@@ -56,14 +56,4 @@ AdjustmentPriors starting_priors(const Flight& flight, const AlignParameters& p,
   return priors;
 }
 
-double arrival_jitter_s(const std::vector<double>& received_s, const std::vector<double>& even_s) {
-  std::vector<double> off;
-  for (std::size_t k = 0; k < even_s.size(); ++k)
-    off.push_back(std::abs(received_s[k] - even_s[k]));
-  if (off.empty()) return 0.0;
-  const auto middle = off.begin() + static_cast<std::ptrdiff_t>(off.size() / 2);
-  std::nth_element(off.begin(), middle, off.end());
-  return std::clamp(1.2 * *middle / 0.6745, 1e-3, 0.2);
-}
-
 }  // namespace watersky::align

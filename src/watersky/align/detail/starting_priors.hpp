@@ -1,10 +1,16 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// What is assumed before any image was looked at.
+#include <array>
+
 #include "watersky/align/alignment.hpp"
 #include "watersky/align/detail/adjustment.hpp"
 
 namespace watersky::align {
+
+/// Shares of the sigmas that are assumed of poses which say nothing of them: how good they are is
+/// tried, as exact poses under uneven times look like bad poses under even ones.
+constexpr std::array<double, 3> kNavigationIdeas{1.0, 0.2, 0.03};
 
 /// Sigmas of the recorded poses' errors: as said, or, where that is zero, a share of the height and
 /// half a degree.
@@ -13,9 +19,5 @@ void set_navigation_priors(AdjustmentPriors& priors, const PoseSigma& said, doub
 /// All of them but the jitter. `height_m` above the sea, typical; `said` as above.
 [[nodiscard]] AdjustmentPriors starting_priors(const Flight& flight, const AlignParameters& p,
                                                const PoseSigma& said, double height_m);
-
-/// One sigma of frames' own delays, from their arrivals and the even times under them.
-[[nodiscard]] double arrival_jitter_s(const std::vector<double>& received_s,
-                                      const std::vector<double>& even_s);
 
 }  // namespace watersky::align

@@ -246,6 +246,16 @@ void Tracker::follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& 
   if (tracks_.empty()) step.lost = "nothing of the frame before was found again in it";
 }
 
+void Tracker::host_anew(const TrackerPicture& now, int frame) {
+  std::erase_if(tracks_, [&](Track& t) {
+    if (now.t_s - t.host_s <= options_.longest_host_s) return false;
+    auto patch = Patch::cut(now.levels, t.px, now.noise);
+    if (!patch || t.misses > 0) return true;
+    t = {next_id_++, frame, now.t_s, t.px, t.px, *std::move(patch), now.noise};
+    return false;
+  });
+}
+
 void Tracker::choose(const TrackerPicture& now, int frame) {
   const int wanted = options_.points - static_cast<int>(tracks_.size());
   if (wanted <= 0) return;
@@ -278,9 +288,11 @@ void Tracker::choose(const TrackerPicture& now, int frame) {
   const double apart_px =
       0.35 * std::sqrt(static_cast<double>(now.levels.total()) / std::max(1, options_.points));
   const int most_in_cell = std::max(2, 2 * options_.points / (kColumns * kRows));
+  constexpr int kMostFailed = 30;
   int chosen = 0;
   // In two rounds: spread over the picture first, then wherever there is texture.
   for (const int most : {most_in_cell, options_.points}) {
+    int failed = 0;
     for (const Candidate& c : candidates) {
       if (chosen >= wanted) return;
       const Eigen::Vector2d p(c.u, c.v);
@@ -292,11 +304,12 @@ void Tracker::choose(const TrackerPicture& now, int frame) {
         continue;
       auto patch = Patch::cut(now.levels, p, now.noise);
       if (!patch) {
-        // Candidates come strongest first: far below what can be fixed none follows.
-        if (c.strength < 1e-4F * candidates.front().strength) break;
+        // Candidates come strongest first: where many in a row cannot be fixed none follows.
+        if (++failed > kMostFailed) break;
         continue;
       }
-      tracks_.push_back({next_id_++, frame, p, p, *std::move(patch), now.noise});
+      failed = 0;
+      tracks_.push_back({next_id_++, frame, now.t_s, p, p, *std::move(patch), now.noise});
       ++in_cell[where];
       ++chosen;
     }
@@ -326,6 +339,7 @@ Result<Tracker::Step> Tracker::add(int frame, double t_s, const cv::Mat& picture
        since_s >= 0.3 * options_.keyframe_interval_s)) {
     step.keyframe = true;
     last_keyframe_s_ = t_s;
+    host_anew(*now, frame);
     choose(*now, frame);
     after_choice_ = tracks_.size();
   }

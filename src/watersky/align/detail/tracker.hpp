@@ -7,6 +7,7 @@
 /// pyramidal Lucas-Kanade, or where the step is too long by registration of the two pictures.
 #include <Eigen/Core>
 #include <functional>
+#include <limits>
 #include <opencv2/core/mat.hpp>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct TrackerOptions {
   int points = 60;                   ///< followed at a time
   int longest_side_px = 1024;        ///< pictures are reduced to this
   double keyframe_interval_s = 0.2;  ///< new places are chosen this often
+  /// A place hosted longer ago is hosted anew, as another place, when new ones are chosen.
+  double longest_host_s = std::numeric_limits<double>::infinity();
   /// Steps longer than this share of the picture's width are left to registration.
   double long_step = 0.12;
 };
@@ -60,6 +63,7 @@ class Tracker {
   struct Track {
     int id;
     int host;
+    double host_s;
     Eigen::Vector2d host_px;  ///< reduced pixels
     Eigen::Vector2d px;       ///< in the latest frame
     Patch patch;
@@ -68,6 +72,7 @@ class Tracker {
   };
   void follow(TrackerPicture& now, const std::optional<Eigen::Matrix3d>& expected,
               const LocalMap& map, Step& step);
+  void host_anew(const TrackerPicture& now, int frame);
   void choose(const TrackerPicture& now, int frame);
 
   TrackerOptions options_;
