@@ -207,6 +207,71 @@ TEST(Adjustment, TheSizeOfNavigationErrorsComesFromTheResiduals) {
   EXPECT_LT(c.adjustment.priors.knot[0], 1.4);
 }
 
+TEST(Adjustment, WhatIsForgottenStaysAsAPriorOfTheRest) {
+  // A chain, each frame tied to the one before it alone: then what the first frames tell of the
+  // rest goes through the second, and nothing is lost.
+  const Scene scene{.boresight = {0.02, -0.025, 0.015}, .pixel_sigma = 0.3};
+  Case whole(scene), cut(scene);
+  for (Case* c : {&whole, &cut}) {
+    std::erase_if(c->adjustment.groups, [](const TieGroup& g) { return g.frame != g.host + 1; });
+    c->adjustment.priors.knot *= 0.1;
+    ASSERT_TRUE(c->adjustment.solve({.rounds = 3, .estimate_variances = false}).usable);
+  }
+  for (int k = 0; k < 40; ++k) cut.adjustment.forget_first(0.0);
+  ASSERT_TRUE(cut.adjustment.before_first);
+  ASSERT_EQ(cut.adjustment.frames.size(), 80U);
+  const auto all = whole.adjustment.knowledge(), rest = cut.adjustment.knowledge();
+  ASSERT_TRUE(all && rest);
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(rest->globals_sigma[k] / all->globals_sigma[k], 1.0, 0.02);
+    EXPECT_NEAR(cut.adjustment.state.globals[k], whole.adjustment.state.globals[k], 1e-9);
+  }
+  EXPECT_NEAR(rest->delay_sigma_s[0] / all->delay_sigma_s[0], 1.0, 0.02);
+  // Solved again from there it stays where it was.
+  ASSERT_TRUE(
+      cut.adjustment.solve({.rounds = 1, .estimate_variances = false, .warm = true}).usable);
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(cut.adjustment.state.globals[k], whole.adjustment.state.globals[k],
+                0.2 * all->globals_sigma[k]);
+  EXPECT_NEAR(cut.adjustment.state.delay_s[0], whole.adjustment.state.delay_s[0],
+              0.2 * all->delay_sigma_s[0]);
+}
+
+TEST(Adjustment, TheDelayMayWanderOnceItIsAPrior) {
+  const Scene scene{.pixel_sigma = 0.3};
+  Case still(scene), wandering(scene);
+  for (Case* c : {&still, &wandering}) {
+    ASSERT_TRUE(c->adjustment.solve({.rounds = 3, .estimate_variances = false}).usable);
+    for (int k = 0; k < 100; ++k) c->adjustment.forget_first(c == &still ? 0.0 : 0.01);
+  }
+  EXPECT_GT(wandering.adjustment.knowledge()->delay_sigma_s[0],
+            1.2 * still.adjustment.knowledge()->delay_sigma_s[0]);
+}
+
+TEST(Adjustment, OneFrameAloneFindsItsPlaceAndItsTime) {
+  const Scene scene{.pixel_sigma = 0.1};
+  Case c(scene);
+  c.adjustment.priors.knot *= 1e-3;
+  ASSERT_TRUE(c.adjustment.solve({.rounds = 3, .estimate_variances = false}).usable);
+  auto& a = c.adjustment;
+  constexpr int kFrame = 60;
+  // It came 40 ms late, and its pose is off by half a metre.
+  a.frames[kFrame].base_s += 0.04;
+  a.state.extra[kFrame] = {0.5, -0.3, 0.1, 0.001, 0.002, -0.001};
+  std::vector<const TieGroup*> groups;
+  for (const TieGroup& g : a.groups)
+    if (g.frame == kFrame) groups.push_back(&g);
+  Eigen::Matrix<double, 6, 1> sigma;
+  sigma << 1e-3, 1e-3, 1e-3, 1e-5, 1e-5, 1e-5;
+  const auto covariance = a.solve_frame(kFrame, groups, sigma, 0.05, true);
+  EXPECT_NEAR(a.time_s(kFrame, a.state), 1.0 + 0.2 * kFrame, 0.002);
+  const Eigen::Map<Eigen::Matrix<double, 6, 1>> extra(a.state.extra[kFrame].data());
+  EXPECT_LT(extra.norm(), 0.01);
+  EXPECT_GT(covariance.trace(), 0.0);
+  const double spread_m2 = covariance.topLeftCorner(3, 3).trace();
+  EXPECT_LT(spread_m2, 1.0);
+}
+
 TEST(Adjustment, EvidencePrefersWhatIsSo) {
   const Scene scene{.pixel_sigma = 0.3};  // exact poses
   double of_exact = 0.0, of_loose = 0.0;

@@ -87,5 +87,43 @@ TEST(FindSlots, RefusesTimesThatLieOnNoGrid) {
   EXPECT_FALSE(find_slots(estimated, sigma));
 }
 
+TEST(ArrivalClock, FindsTheRegularClockOfCountedFramesAsTheyComeIn) {
+  std::mt19937 random(5);
+  std::exponential_distribution<double> late(1.0 / 0.04);
+  ArrivalClock clock;
+  EXPECT_FALSE(clock.settled());
+  double received = 0.0, worst = 0.0, start = std::nan("");
+  for (std::uint64_t k = 0; k < 600; ++k) {
+    received = std::max(received + 1e-4, 0.0333 * static_cast<double>(k) + 0.2 + late(random));
+    clock.add(received, k);
+    if (k < 300) continue;
+    ASSERT_TRUE(clock.regular());
+    EXPECT_EQ(clock.jitter_s(), 0.0);
+    const double off = clock.base_s(received, k) - 0.0333 * static_cast<double>(k);
+    if (std::isnan(start)) start = off;
+    worst = std::max(worst, std::abs(off - start));
+  }
+  EXPECT_LT(worst, 0.004);
+}
+
+TEST(ArrivalClock, WithoutACounterTellsHowUnevenlyFramesArrive) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal(0.0, 0.01);
+  ArrivalClock clock;
+  for (int k = 0; k < 120; ++k) clock.add(0.1 * k + normal(random), std::nullopt);
+  EXPECT_TRUE(clock.settled());
+  EXPECT_FALSE(clock.regular());
+  EXPECT_GT(clock.jitter_s(), 0.006);
+  EXPECT_LT(clock.jitter_s(), 0.02);
+  EXPECT_EQ(clock.base_s(12.5, std::nullopt), 12.5);
+}
+
+TEST(ArrivalClock, ACounterThatFallsIsNoClock) {
+  ArrivalClock clock;
+  for (std::uint64_t k = 0; k < 90; ++k)
+    clock.add(0.1 * static_cast<double>(k), k < 45 ? k : k - 45);  // the camera started anew
+  EXPECT_FALSE(clock.regular());
+}
+
 }  // namespace
 }  // namespace watersky::align
