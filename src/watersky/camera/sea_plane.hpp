@@ -29,6 +29,13 @@ template <Frame Plane>
 /// (2.36). Degenerate when the camera lies in the plane.
 [[nodiscard]] Result<Eigen::Matrix3d> invert_homography(const Eigen::Matrix3d& h);
 
+/// How a camera moves while its shutter rolls. Times are of the middle row.
+struct RollingShutter {
+  double readout_s = 0.0;  ///< first row to last; 0: all rows at once
+  Eigen::Vector3d velocity_m_s = Eigen::Vector3d::Zero();     ///< axes of Sea
+  Eigen::Vector3d turn_rate_rad_s = Eigen::Vector3d::Zero();  ///< axes of Sea
+};
+
 struct ViewLimits {
   /// Rays that meet the sea at a flatter angle than this are not used: what they show is far,
   /// small and at the mercy of the pose.

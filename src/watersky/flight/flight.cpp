@@ -50,6 +50,30 @@ std::optional<Matrix6> covariance_over_sea(const Flight& flight, const StampedPo
 
 }  // namespace
 
+Result<Rigid3<World, Camera>> Flight::camera_at(const StampedPose& pose,
+                                                const std::optional<Eigen::Quaterniond>& own_gimbal,
+                                                Duration max_gap) const {
+  const Rigid3<World, Body>& world_from_body = pose.world_from_body;
+  Eigen::Quaterniond world_from_platform = world_from_body.rotation();
+  if (gimbal_reference) {
+    Eigen::Quaterniond gimbal_rotation;
+    if (own_gimbal) {
+      WATERSKY_TRY(const RotationTrack checked, RotationTrack::make({{pose.time, *own_gimbal}}));
+      gimbal_rotation = checked.rotations().front().rotation;
+    } else {
+      WATERSKY_TRY(gimbal_rotation, gimbal.at(pose.time, max_gap));
+    }
+    world_from_platform =
+        (*gimbal_reference == GimbalReference::Body
+             ? world_from_body.rotation()
+             : datum.world_from_ned_rotation(datum.geodetic(world_from_body.origin()))) *
+        gimbal_rotation;
+  }
+  return Rigid3<World, Camera>(
+      world_from_platform * mount.rotation,
+      Point<World>{world_from_body.origin().v + world_from_platform * mount.lever_arm_m});
+}
+
 Result<CameraPose> Flight::camera_pose(const ImageFrame& frame, Duration max_gap) const {
   if (!sea_level || !sea_level->height_ellipsoid_m)
     return Error{ErrorCode::NotFound, "the height of the sea is not known"};
@@ -68,26 +92,7 @@ Result<CameraPose> Flight::camera_pose(const ImageFrame& frame, Duration max_gap
     WATERSKY_TRY(pose, trajectory.at(*time, max_gap));
   }
 
-  const Rigid3<World, Body>& world_from_body = pose.world_from_body;
-  Eigen::Quaterniond world_from_platform = world_from_body.rotation();
-  if (gimbal_reference) {
-    Eigen::Quaterniond gimbal_rotation;
-    if (frame.own_gimbal) {
-      WATERSKY_TRY(const RotationTrack checked, RotationTrack::make({{*time, *frame.own_gimbal}}));
-      gimbal_rotation = checked.rotations().front().rotation;
-    } else {
-      WATERSKY_TRY(gimbal_rotation, gimbal.at(*time, max_gap));
-    }
-    world_from_platform =
-        (*gimbal_reference == GimbalReference::Body
-             ? world_from_body.rotation()
-             : datum.world_from_ned_rotation(datum.geodetic(world_from_body.origin()))) *
-        gimbal_rotation;
-  }
-  const Rigid3<World, Camera> world_from_camera(
-      world_from_platform * mount.rotation,
-      Point<World>{world_from_body.origin().v + world_from_platform * mount.lever_arm_m});
-
+  WATERSKY_TRY(const auto world_from_camera, camera_at(pose, frame.own_gimbal, max_gap));
   const Geodetic camera_position = datum.geodetic(world_from_camera.origin());
   Geodetic sea_below = camera_position;
   WATERSKY_TRY(sea_below.height_ellipsoid_m, sea_level->height_ellipsoid_m(camera_position));
@@ -99,6 +104,25 @@ Result<CameraPose> Flight::camera_pose(const ImageFrame& frame, Duration max_gap
       *time,     world_from_camera, camera_position, sea_below, sea_from_world * world_from_camera,
       pose.sigma};
   out.covariance = covariance_over_sea(*this, pose, sea_from_world);
+  if (readout_s > 0 && !frame.own_pose) {
+    // From poses half a readout before and after; at the ends of the recording from one of them.
+    const auto around = [&](double dt_s) -> std::optional<Rigid3<World, Camera>> {
+      const auto at = trajectory.at(*time + seconds(dt_s), max_gap);
+      if (!at) return std::nullopt;
+      const auto there = camera_at(*at, frame.own_gimbal, max_gap);
+      return there ? std::optional(*there) : std::nullopt;
+    };
+    const auto before = around(-0.5 * readout_s), after = around(0.5 * readout_s);
+    const Rigid3<World, Camera>&first = before ? *before : world_from_camera,
+                        &last = after ? *after : world_from_camera;
+    const double span_s = readout_s * ((before ? 0.5 : 0.0) + (after ? 0.5 : 0.0));
+    if (span_s > 0) {
+      const Eigen::AngleAxisd turn(last.rotation() * first.rotation().conjugate());
+      out.shutter = {
+          readout_s, sea_from_world.rotation() * (last.origin().v - first.origin().v) / span_s,
+          sea_from_world.rotation() * Eigen::Vector3d(turn.axis() * turn.angle()) / span_s};
+    }
+  }
   return out;
 }
 

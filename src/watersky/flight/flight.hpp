@@ -12,6 +12,7 @@
 #include "watersky/base/result.hpp"
 #include "watersky/base/time.hpp"
 #include "watersky/camera/camera_model.hpp"
+#include "watersky/camera/sea_plane.hpp"
 #include "watersky/flight/trajectory.hpp"
 #include "watersky/geodesy/wgs84.hpp"
 
@@ -79,6 +80,8 @@ struct CameraPose {
   /// Of the camera along Sea's axes: position [m], then a rotation vector [rad]; with what is known
   /// of the mount's and the sea level's sigmas. Without it nothing is known of any.
   std::optional<Eigen::Matrix<double, 6, 6>> covariance{};
+  /// Its motion, where the shutter rolls and poses around the frame's time tell it.
+  RollingShutter shutter{};
 };
 
 struct Flight {
@@ -111,6 +114,12 @@ struct Flight {
   /// Where the camera was at a frame, and the sea under it. Fails, with the reason to report,
   /// when no poses bracket the frame within `max_gap`, or there is no sea level.
   [[nodiscard]] Result<CameraPose> camera_pose(const ImageFrame& frame, Duration max_gap) const;
+
+ private:
+  /// The camera with the body at a pose; `own`: of the frame itself, or as recorded at that time.
+  [[nodiscard]] Result<Rigid3<World, Camera>> camera_at(
+      const StampedPose& pose, const std::optional<Eigen::Quaterniond>& own_gimbal,
+      Duration max_gap) const;
 };
 
 }  // namespace watersky

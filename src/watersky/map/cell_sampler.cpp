@@ -40,6 +40,7 @@ CellSampler::CellSampler(const GridView& view, int per_edge)
       per_edge_(per_edge > 0
                     ? per_edge
                     : std::clamp(static_cast<int>(std::lround(view.pixels_per_cell)), 1, 16)) {
+  rolls_ = !view.roll.isZero(0.0);
   // A footprint that ends at the image's edge everywhere needs no distance test a sample.
   limited_ = false;
   for (const Eigen::Vector2d& p : view.footprint) {
@@ -54,7 +55,7 @@ CellSampler::Row CellSampler::row(int grid_row) {
   if (!(low <= high)) return row;
   // An outline of finitely many corners cuts the bulges of a distorted edge; a cell's margin
   // covers that, and samples off the image are dropped one by one below.
-  const int margin = view_.camera.distorts() ? 2 : 0;
+  const int margin = rolls_ ? 4 : view_.camera.distorts() ? 2 : 0;
   row.first_column =
       std::max(view_.box.first_column, static_cast<int>(std::floor(low + 0.5)) - margin);
   const int end =
@@ -80,13 +81,37 @@ CellSampler::Row CellSampler::row(int grid_row) {
   return row;
 }
 
+/// Which row sees a place depends on where the place is seen: from the middle row's pose on, each
+/// round comes nearer by the share of a row that the picture moves while one is read.
+void CellSampler::project_rolling(double first_x, double y, int count, float* u_out,
+                                  float* v_out) const {
+  constexpr int kRounds = 3;
+  const Eigen::Vector3d at(first_x, y, 1.0);
+  const Eigen::Vector3d start = view_.camera_from_grid * at, step = view_.camera_from_grid.col(0);
+  const Eigen::Vector3d start_roll = view_.roll * at, step_roll = view_.roll.col(0);
+  const double rows = view_.camera.height_px();
+  for (int i = 0; i < count; ++i) {
+    const Eigen::Vector3d middle = start + i * step, roll = start_roll + i * step_roll;
+    auto p = view_.camera.project(Vector<Camera>{middle});
+    for (int round = 0; round < kRounds && p; ++round) {
+      const double share = std::clamp((p->v + 0.5) / rows - 0.5, -0.5, 0.5);
+      p = view_.camera.project(Vector<Camera>{middle + share * roll});
+    }
+    const bool seen = p && view_.camera.contains(*p);
+    u_out[i] = seen ? static_cast<float>(p->u) : kUnseen;
+    v_out[i] = seen ? static_cast<float>(p->v) : 0.0F;
+  }
+}
+
 void CellSampler::project_line(double first_x, double y, int count, float* u_out,
                                float* v_out) const {
   const Eigen::Vector3d start = view_.camera_from_grid * Eigen::Vector3d(first_x, y, 1.0);
   const Eigen::Vector3d step = view_.camera_from_grid.col(0);
   const Eigen::Matrix3d& a = view_.camera.camera_matrix();
 
-  if (!view_.camera.distorts()) {
+  if (rolls_) {
+    project_rolling(first_x, y, count, u_out, v_out);
+  } else if (!view_.camera.distorts()) {
     // Positions are exact in double and rounded to float: 2^-13 pixel at 4000 pixels.
     const double x0 = start.x(), y0 = start.y(), z0 = start.z();
     const double dx = step.x(), dy = step.y(), dz = step.z();

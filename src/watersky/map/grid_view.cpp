@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "watersky/geo/rotation.hpp"
+
 namespace watersky {
 
 CellBox CellBox::united(const CellBox& other) const {
@@ -25,7 +27,8 @@ GridView GridView::with(const CameraModel& scaled) const {
   return view;
 }
 
-Result<GridView> make_grid_view(const SeaView& view, const Eigen::Matrix3d& sea_from_grid) {
+Result<GridView> make_grid_view(const SeaView& view, const Eigen::Matrix3d& sea_from_grid,
+                                const RollingShutter& shutter) {
   Eigen::Matrix3d plane_from_grid = sea_from_grid;
   plane_from_grid.row(2).setZero();  // the sea is z = 0
   const Rigid3<Camera, Sea> camera_from_sea = view.sea_from_camera().inverse();
@@ -33,12 +36,22 @@ Result<GridView> make_grid_view(const SeaView& view, const Eigen::Matrix3d& sea_
   GridView grid{.camera = view.camera(),
                 .camera_from_grid =
                     image_from_grid(Eigen::Matrix3d::Identity(), camera_from_sea, plane_from_grid),
+                .roll = Eigen::Matrix3d::Zero(),
                 .sea_from_grid = sea_from_grid,
                 .below_north_east_m = view.sea_from_camera().origin().v.head<2>(),
                 .max_distance_m = view.max_distance_m(),
                 .footprint = {},
                 .box = {},
                 .pixels_per_cell = 1.0};
+
+  if (shutter.readout_s > 0) {
+    // Of R^T (X - p): a camera that turns by ω and moves by v sees X move by -R^T (ω × (X - p) +
+    // v).
+    const Eigen::Matrix3d turn = skew(shutter.turn_rate_rad_s);
+    Eigen::Matrix3d moved = -turn * plane_from_grid;
+    moved.col(2) += turn * view.sea_from_camera().origin().v - shutter.velocity_m_s;
+    grid.roll = shutter.readout_s * (camera_from_sea.rotation() * moved);
+  }
 
   const Eigen::Matrix3d grid_from_sea = sea_from_grid.inverse();
   Eigen::Vector2d low = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());

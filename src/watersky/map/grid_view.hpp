@@ -30,6 +30,8 @@ struct GridView {
   CameraModel camera;
   /// R P + [0 0 t] of (2.35), without A: takes (c, r, 1) to a direction in the camera frame.
   Eigen::Matrix3d camera_from_grid = Eigen::Matrix3d::Identity();
+  /// How camera_from_grid changes from the first row of a rolling shutter to its last; zero: not.
+  Eigen::Matrix3d roll = Eigen::Matrix3d::Zero();
   /// sea_from_grid takes (c, r, 1) to (north, east, 1): its inverse and the grazing limit.
   Eigen::Matrix3d sea_from_grid = Eigen::Matrix3d::Identity();
   Eigen::Vector2d below_north_east_m = Eigen::Vector2d::Zero();  ///< under the camera, in Sea
@@ -42,9 +44,11 @@ struct GridView {
   [[nodiscard]] GridView with(const CameraModel& scaled) const;
 };
 
-/// `sea_from_grid` is affine: (c, r, 1) to (north, east, 1) in the view's Sea frame.
-/// OutOfRange when the footprint would leave the range of cell indices (±10^9).
+/// `sea_from_grid` is affine: (c, r, 1) to (north, east, 1) in the view's Sea frame. The footprint
+/// is that of the middle row's pose. OutOfRange when the footprint would leave the range of cell
+/// indices (±10^9).
 [[nodiscard]] Result<GridView> make_grid_view(const SeaView& view,
-                                              const Eigen::Matrix3d& sea_from_grid);
+                                              const Eigen::Matrix3d& sea_from_grid,
+                                              const RollingShutter& shutter = {});
 
 }  // namespace watersky

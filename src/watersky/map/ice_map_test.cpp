@@ -255,5 +255,57 @@ TEST(IceMap, EvidenceOfAnotherSizeIsRefused) {
   EXPECT_TRUE(map.tiles().empty());
 }
 
+TEST(IceMap, ARollingShuttersRowsEachHaveTheirPose) {
+  // A camera that flies and turns while it reads: each cell's value is what the row that saw it
+  // shows. The picture's evidence is a function of the sea, made row by row.
+  const test::FlatGrid grid;
+  const CameraModel camera = test::pinhole(160, 120, 150.0, {-0.08, 0.02, 0.0, 0.0});
+  const Rigid3<Sea, Camera> middle = test::pose(
+      {-10.0, 12.0, -60.0}, {Angle::degrees(25), Angle::degrees(-84), Angle::degrees(2)});
+  const RollingShutter shutter{0.08, {11.0, -7.0, 1.5}, {0.25, -0.2, 0.35}};
+  const auto at_row = [&](double row) -> Rigid3<Sea, Camera> {
+    const double dt = ((row + 0.5) / camera.height_px() - 0.5) * shutter.readout_s;
+    const Eigen::Vector3d turn = dt * shutter.turn_rate_rad_s;
+    return {
+        Eigen::Quaterniond(Eigen::AngleAxisd(turn.norm(), turn.normalized())) * middle.rotation(),
+        Point<Sea>{middle.origin().v + dt * shutter.velocity_m_s}};
+  };
+  const auto slope = [](const Eigen::Vector3d& sea) {
+    return static_cast<float>(0.01 * sea.x() - 0.013 * sea.y());
+  };
+  cv::Mat evidence(camera.height_px(), camera.width_px(), CV_32F);
+  for (int v = 0; v < evidence.rows; ++v) {
+    const Rigid3<Sea, Camera> pose = at_row(v);
+    for (int u = 0; u < evidence.cols; ++u) {
+      const Eigen::Vector3d ray =
+          pose.rotation() * camera.direction({static_cast<double>(u), static_cast<double>(v)})->v;
+      const Eigen::Vector3d& p = pose.origin().v;
+      evidence.at<float>(v, u) = slope(p - p.z() / ray.z() * ray);
+    }
+  }
+  const SeaView view = SeaView::make(camera, middle).value();
+  const auto error_m = [&](const RollingShutter& s) {
+    IceMap map = IceMap::make({.cell_m = 0.5, .max_probability = 0.99}).value();
+    EXPECT_TRUE(
+        map.update(make_grid_view(view, grid.sea_from_grid(), s).value(), evidence, Time()));
+    const CellBox box = map.seen();
+    const cv::Mat l = map.log_odds(box), looks = map.looks(box);
+    double square = 0.0;
+    int n = 0;
+    for (int r = 0; r < box.rows; ++r)
+      for (int c = 0; c < box.columns; ++c) {
+        if (looks.at<std::uint16_t>(r, c) == 0) continue;
+        const Eigen::Vector3d place =
+            grid.sea_from_grid() * Eigen::Vector3d(box.first_column + c, box.first_row + r, 1.0);
+        square += std::pow(static_cast<double>(l.at<float>(r, c) - slope(place)), 2);
+        ++n;
+      }
+    return std::sqrt(square / n) / 0.0164;  // metres up the slope
+  };
+  // At the picture's edge a cell is half seen, and off by a quarter.
+  EXPECT_LT(error_m(shutter), 0.05);
+  EXPECT_GT(error_m({}), 0.2);
+}
+
 }  // namespace
 }  // namespace watersky

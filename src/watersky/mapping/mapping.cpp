@@ -255,7 +255,8 @@ Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFr
   for (const auto& [frame, pose] : located) {
     WATERSKY_TRY(const Eigen::Matrix3d sea_from_grid, run.reference.sea_from_grid(pose.sea_below));
     auto view = SeaView::make(flight_.camera, pose.sea_from_camera, limits);
-    auto grid = view ? make_grid_view(*view, sea_from_grid) : Result<GridView>(view.error());
+    auto grid =
+        view ? make_grid_view(*view, sea_from_grid, pose.shutter) : Result<GridView>(view.error());
     if (!grid) {
       run.left_out.push_back({frame->name, grid.error().message});
       continue;
@@ -459,10 +460,12 @@ Result<MapRun> FlightMapper::run() {
   for (auto& note : detail::notes_on(run.sensor_events)) run.notes.push_back(std::move(note));
   const Findings found = segmenter_.findings();
   run.ice = found.polarity ? found.polarity->polarity : IcePolarity::Auto;
-  if (flight_.readout_s > 0)
-    run.notes.emplace_back(
-        "The shutter rolls (readout_s), and this version maps each frame with the pose of its "
-        "middle row.");
+  const auto still = std::count_if(planned.begin(), planned.end(), [](const PlannedFrame& p) {
+    return p.pose.shutter.readout_s == 0.0;
+  });
+  if (flight_.readout_s > 0 && still > 0)
+    run.notes.push_back("The shutter rolls (readout_s), but how the camera moved is not known of " +
+                        std::to_string(still) + " frames: all their rows have one pose.");
   run.notes.insert(run.notes.end(), found.notes.begin(), found.notes.end());
   const auto cut = std::count_if(run.used.begin(), run.used.end(),
                                  [](const UsedFrame& u) { return u.cut_by_grazing_limit; });

@@ -39,11 +39,12 @@ class CellSampler {
   [[nodiscard]] Row row(int grid_row);
 
  private:
+  void project_rolling(double first_x, double y, int count, float* u, float* v) const;
   void project_line(double first_x, double y, int count, float* u, float* v) const;
 
   const GridView& view_;
   int per_edge_;
-  bool limited_;
+  bool limited_, rolls_;
   std::vector<float> u_, v_;
 };
 

@@ -102,7 +102,7 @@ std::optional<GridView> Pictures::view(const CameraModel& camera, const CameraPo
   const auto sea = SeaView::make(camera, pose.sea_from_camera);
   const auto sea_from_grid = reference.sea_from_grid(pose.sea_below);
   if (!sea || !sea_from_grid) return std::nullopt;
-  auto grid = make_grid_view(*sea, *sea_from_grid);
+  auto grid = make_grid_view(*sea, *sea_from_grid, pose.shutter);
   if (!grid) return std::nullopt;
   return *std::move(grid);
 }
