@@ -103,6 +103,7 @@ class Aligner {
   void set_priors_of_navigation();
   Result<Loaded> load(std::size_t k) const;
   cv::Mat valid_for(const cv::Mat& image) const;
+  [[nodiscard]] bool may_use(const Eigen::Vector2d& px) const;
   [[nodiscard]] Eigen::Matrix2d step_between(const Eigen::Matrix3d& plane,
                                              const Eigen::Vector2d& host_px) const;
   Status track(std::size_t most);
@@ -326,6 +327,14 @@ cv::Mat Aligner::valid_for(const cv::Mat& image) const {
   cv::Mat valid;
   cv::resize(options_.camera_mask, valid, image.size(), 0, 0, cv::INTER_NEAREST);
   return valid;
+}
+
+/// Whether the camera's mask leaves a full-size pixel.
+bool Aligner::may_use(const Eigen::Vector2d& px) const {
+  const cv::Mat& mask = options_.camera_mask;
+  if (mask.empty()) return true;
+  const cv::Point at(static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y())));
+  return cv::Rect({0, 0}, mask.size()).contains(at) && mask.at<uchar>(at) != 0;
 }
 
 std::optional<Eigen::Matrix3d> Aligner::expected(int from, int to) const {
@@ -729,11 +738,13 @@ void Aligner::revisit() {
         Eigen::Matrix2d::Identity() * std::pow(kRevisit_px * b->reduction, 2);
     TieGroup group{pair.a, pair.b, true, {}};
     int at = 0;
-    for (const PixelPair& p : found)
+    for (const PixelPair& p : found) {
+      if (!may_use(p.a) || !may_use(p.b)) continue;
       if (auto made_tie = tie(p.a, p.b, revisit_covariance)) {
         made_tie->held_out = at++ % kHeldOut == kHeldOut - 1;
         group.ties.push_back(*made_tie);
       }
+    }
     if (group.ties.empty()) continue;
     adjustment_->groups.push_back(std::move(group));
     ++out_.revisits;
