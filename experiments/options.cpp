@@ -15,6 +15,10 @@ bool read(const Option& option, const char* word) {
     **path = word;
     return *word != '\0';
   }
+  if (auto* const* text = std::get_if<std::string*>(&option.target)) {
+    **text = word;
+    return *word != '\0';
+  }
   char* end = nullptr;
   const double value = std::strtod(word, &end);
   if (end == word || *end != '\0' || !(value >= option.least) || value > 1e9) return false;

@@ -16,7 +16,7 @@ namespace watersky::study {
 struct Option {
   std::string_view name;   ///< "--seeds"; empty: by its place
   std::string_view value;  ///< as the usage spells it: "N"
-  std::variant<int*, double*, std::filesystem::path*> target;
+  std::variant<int*, double*, std::string*, std::filesystem::path*> target;
   double least = 1.0;  ///< of a number
 };
 

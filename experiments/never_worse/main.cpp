@@ -4,7 +4,7 @@
 ///
 ///   never_worse [--seeds N] [--case NAME] [--duration S] [--pixels SHARE] [--out FOLDER]
 ///
-/// N seeds (10) of each case (all; never_worse/cases.cpp), flights of S seconds (24) at a SHARE
+/// N seeds (10) of each case (all; never_worse/cases.cpp), flights of S seconds (20) at a SHARE
 /// (0.5) of the presets' pixels along each side. Each frame's pixels are put on the sea as given
 /// (the latest pose at arrival), with a constant delay, and aligned by the images, untold and told
 /// that delay; the root mean square of how far off they are is taken whole, and less the flight's
@@ -36,9 +36,9 @@ constexpr double kGuessedDelay_s = 0.25;
 
 struct Options {
   fs::path out = "never_worse_study";
-  fs::path only;
+  std::string only;  ///< a case; empty: all
   int seeds = 10;
-  double duration_s = 24.0;
+  double duration_s = 20.0;
   double share = 0.5;
 };
 
@@ -183,8 +183,7 @@ Status run(const Options& options) {
   WATERSKY_TRY(std::vector<Case> all, cases(options.duration_s, options.share));
   if (!options.only.empty())
     std::erase_if(all, [&](const Case& c) { return options.only != c.name; });
-  if (all.empty())
-    return Error{ErrorCode::NotFound, "no case is called '" + options.only.string() + "'"};
+  if (all.empty()) return Error{ErrorCode::NotFound, "no case is called '" + options.only + "'"};
 
   std::string csv =
       "case,seed,contender,method,absolute_m,shape_m,absolute_ratio,shape_ratio,"
