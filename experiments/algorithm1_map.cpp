@@ -1,16 +1,53 @@
 // SPDX-License-Identifier: MIT
 #include "algorithm1_map.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <string>
 
 #include "ground_error.hpp"
+#include "preparations.hpp"
+#include "watersky/camera/sea_plane.hpp"
 #include "watersky/map/algorithm1.hpp"
 #include "watersky/vision/segmentation.hpp"
 
 namespace watersky::study {
+
+Result<Canvas> canvas_over(const sim::Simulation& recording, double cell_m) {
+  constexpr double kMargin_m = 20.0;  // poses err by less
+  WATERSKY_TRY(const Flight exact, with_true_times_and_mount(recording.flight, recording.truth));
+  Eigen::AlignedBox2d seen;
+  for (const ImageFrame& frame : exact.frames) {
+    WATERSKY_TRY(const CameraPose pose, exact.camera_pose(frame, kPoseGap));
+    const auto view = SeaView::make(exact.camera, pose.sea_from_camera);
+    if (!view) continue;
+    const Rigid3<World, Sea> world_from_sea =
+        exact.datum.ecef_from_world().inverse() * ecef_from_sea(pose.sea_below);
+    for (const Eigen::Vector2d& p : view->footprint_north_east_m())
+      seen.extend((world_from_sea * Point<Sea>{{p.x(), p.y(), 0.0}}).v.head<2>().eval());
+  }
+  if (seen.isEmpty()) return Error{ErrorCode::OutOfRange, "no frame sees the sea"};
+  Canvas canvas;
+  canvas.cell_m = cell_m;
+  canvas.corner_m = seen.min().array() - kMargin_m;
+  canvas.sea_down_m = recording.truth.world({0.0, 0.0}).v.z();
+  const Eigen::Vector2d size_m = seen.sizes().array() + 2.0 * kMargin_m;
+  canvas.width_cells = static_cast<int>(std::ceil(size_m.x() / cell_m));
+  canvas.height_cells = static_cast<int>(std::ceil(size_m.y() / cell_m));
+  return canvas;
+}
+
+cv::Mat true_share(const sim::Truth& truth, const Canvas& canvas) {
+  return sim::ice_fraction(truth.sea, {canvas.width_cells, canvas.height_cells},
+                           [&](const Eigen::Vector2d& north_east_m) -> Eigen::Vector2d {
+                             const Eigen::Vector2d p = truth.world(north_east_m).v.head<2>();
+                             // It counts from a cell's corner.
+                             return canvas.cell(p).array() + 0.5;
+                           });
+}
 
 Result<std::vector<cv::Mat>> segmented(const std::vector<const ImageFrame*>& frames) {
   WATERSKY_TRY(const auto segmenter,

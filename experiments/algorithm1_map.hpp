@@ -7,6 +7,7 @@
 
 #include "watersky/base/result.hpp"
 #include "watersky/flight/flight.hpp"
+#include "watersky/sim/simulate.hpp"
 
 namespace watersky::study {
 
@@ -22,6 +23,12 @@ struct Canvas {
     return ((world_m - corner_m) / cell_m).array() - 0.5;
   }
 };
+
+/// Over all that a recording's frames truly see above the grazing limit, and some metres more.
+[[nodiscard]] Result<Canvas> canvas_over(const sim::Simulation& recording, double cell_m);
+
+/// The share of ice in each cell.
+[[nodiscard]] cv::Mat true_share(const sim::Truth& truth, const Canvas& canvas);
 
 /// The mask that Algorithm 1 is given of each frame (CV_8U), by Otsu's split, ice being brighter,
 /// after a look at a sample of the frames.

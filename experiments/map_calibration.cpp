@@ -7,7 +7,6 @@
 ///
 /// Each of N seeds (10) is a sea and a flight over it, in 4 legs with images at 5 Hz. Figures are
 /// printed one JSON object a line, a table on standard error.
-#include <cmath>
 #include <cstdio>
 #include <opencv2/core/utility.hpp>
 #include <string>
@@ -20,7 +19,6 @@
 #include "statistics.hpp"
 #include "support/print_figure.hpp"
 #include "support/tell.hpp"
-#include "watersky/camera/sea_plane.hpp"
 #include "watersky/evaluation/evaluation.hpp"
 
 namespace watersky::study {
@@ -56,31 +54,6 @@ Result<Trial> map_and_judge(const Flight& flight, const sim::Truth& truth) {
   return Trial{result.located, result.evidence, result.raster.iou};
 }
 
-/// All that the frames truly see above the grazing limit, and what errors of the poses move.
-Canvas canvas_of(const sim::Simulation& recording) {
-  constexpr double kMargin_m = 20.0;
-  const auto frames = with_true_times_and_mount(recording.flight, recording.truth);
-  Eigen::AlignedBox2d seen;
-  for (const ImageFrame& frame : frames->frames) {
-    const auto pose = frames->camera_pose(frame, std::chrono::milliseconds(500));
-    const auto view =
-        pose ? SeaView::make(frames->camera, pose->sea_from_camera) : Result<SeaView>(pose.error());
-    if (!view) continue;
-    const Rigid3<World, Sea> world_from_sea =
-        recording.flight.datum.ecef_from_world().inverse() * ecef_from_sea(pose->sea_below);
-    for (const Eigen::Vector2d& p : view->footprint_north_east_m())
-      seen.extend((world_from_sea * Point<Sea>{{p.x(), p.y(), 0.0}}).v.head<2>().eval());
-  }
-  Canvas canvas;
-  canvas.cell_m = kCell_m;
-  canvas.corner_m = seen.min().array() - kMargin_m;
-  canvas.sea_down_m = recording.truth.world({0.0, 0.0}).v.z();
-  const Eigen::Vector2d size_m = seen.sizes().array() + 2.0 * kMargin_m;
-  canvas.width_cells = static_cast<int>(std::ceil(size_m.x() / kCell_m));
-  canvas.height_cells = static_cast<int>(std::ceil(size_m.y() / kCell_m));
-  return canvas;
-}
-
 /// Algorithm 1's map of one recording, under poses that differ.
 class ThesisMapper {
  public:
@@ -88,13 +61,8 @@ class ThesisMapper {
     ThesisMapper mapper;
     mapper.frames_ = every(recording.flight, 1);
     WATERSKY_TRY(mapper.masks_, segmented(mapper.frames_));
-    mapper.canvas_ = canvas_of(recording);
-    mapper.ice_share_ = sim::ice_fraction(
-        recording.truth.sea, {mapper.canvas_.width_cells, mapper.canvas_.height_cells},
-        [&](const Eigen::Vector2d& north_east_m) -> Eigen::Vector2d {
-          // ice_fraction counts from a cell's corner
-          return mapper.canvas_.cell(recording.truth.world(north_east_m).v.head<2>()).array() + 0.5;
-        });
+    WATERSKY_TRY(mapper.canvas_, canvas_over(recording, kCell_m));
+    mapper.ice_share_ = true_share(recording.truth, mapper.canvas_);
     return mapper;
   }
 
