@@ -207,7 +207,7 @@ Status run(const Options& options) {
                  {"shape_known", &Ratios::known_shape}};
   tell(
       "\nground error over the better of as given and a constant delay, worst of %d seeds\n"
-      "%-44s %-12s %-21s %-21s %s\n%-44s %-12s %-10s %-10s %-10s %-10s\n",
+      "%-47s %-12s %-21s %-21s %s\n%-47s %-12s %-10s %-10s %-10s %-10s\n",
       options.seeds, "", "", "250 ms", "true mean delay", "method", "", "", "absolute", "less mean",
       "absolute", "less mean");
   for (std::size_t k = 0; k < std::size(kOurs); ++k) {
@@ -215,7 +215,7 @@ Status run(const Options& options) {
     for (std::size_t c = 0; c < all.size(); ++c) {
       const std::vector<Ratios>& r = ratios[c][k];
       const std::string name = "never_worse." + all[c].name + "." + kOurs[k].name;
-      tell("%-44s %-12s", all[c].title.c_str(), kOurs[k].title);
+      tell("%-47s %-12s", all[c].title.c_str(), kOurs[k].title);
       for (const auto& figure : figures) {
         const double worst = largest(each(r, [&](const Ratios& x) { return x.*figure.value; }));
         tell(" %-10.3f", worst);
