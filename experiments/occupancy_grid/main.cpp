@@ -156,6 +156,9 @@ Status run(const Options& options) {
       if (contender.name == drawn(all).name) flight.ours = map;
     }
     if (is_drawn) flights.push_back(std::move(flight));
+    // Of the others only path and maps are drawn: their pictures need not stay in memory.
+    if (kept.size() > 1)
+      for (ImageFrame& frame : kept.back().flight.frames) frame.load = {};
   }
   print_figures(all, trials);
   WATERSKY_CHECK(print_patches(all, trials, options.out / "patches.csv"));
