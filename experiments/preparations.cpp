@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "preparations.hpp"
 
-#include "watersky/align/alignment.hpp"
-
 #include <algorithm>
 
 namespace watersky::study {
@@ -44,9 +42,15 @@ Result<Flight> with_true_times_and_mount(const Flight& flight, const sim::Truth&
   return out;
 }
 
+Result<AlignedFlight> align_by_images(const Flight& flight) {
+  WATERSKY_TRY(Alignment alignment, align_flight(flight, {.parameters = {}, .threads = 2}));
+  WATERSKY_TRY(Flight corrected, aligned(flight, alignment));
+  return AlignedFlight{std::move(corrected), std::move(alignment)};
+}
+
 Result<Flight> with_alignment(const Flight& flight) {
-  WATERSKY_TRY(const Alignment alignment, align_flight(flight, {.parameters = {}, .threads = 2}));
-  return aligned(flight, alignment);
+  WATERSKY_TRY(AlignedFlight ours, align_by_images(flight));
+  return std::move(ours.flight);
 }
 
 }  // namespace watersky::study

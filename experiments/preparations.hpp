@@ -2,6 +2,7 @@
 #pragma once
 /// What a flight is taken to be before it is mapped: ways to give each frame its time, and the
 /// camera its mount, that an estimate is compared with.
+#include "watersky/align/alignment.hpp"
 #include "watersky/flight/flight.hpp"
 #include "watersky/sim/simulate.hpp"
 
@@ -16,7 +17,13 @@ namespace watersky::study {
 [[nodiscard]] Result<Flight> with_true_times_and_mount(const Flight& flight,
                                                        const sim::Truth& truth);
 
-/// Ours: what the images tell of time, mount and poses, and nothing else.
+/// What the images tell of time, mount and poses, and nothing else.
+struct AlignedFlight {
+  Flight flight;
+  Alignment alignment;
+};
+[[nodiscard]] Result<AlignedFlight> align_by_images(const Flight& flight);
+/// Ours: the flight alone.
 [[nodiscard]] Result<Flight> with_alignment(const Flight& flight);
 
 }  // namespace watersky::study

@@ -56,7 +56,7 @@ cv::Mat shaded(const cv::Mat& probability) {
   return out;
 }
 
-void draw_truth(cv::Mat& picture, const Recording& recording, const RoomView& view) {
+void draw_truth(cv::Mat& picture, const sim::Simulation& recording, const RoomView& view) {
   const Datum& datum = recording.flight.datum;
   const auto& pieces = recording.truth.sea.pieces();
   for (std::size_t i = 0; i < pieces.size(); ++i) {

@@ -24,7 +24,7 @@ void write_on_map(cv::Mat& picture, const std::string& text, cv::Point at, doubl
 [[nodiscard]] cv::Mat shaded(const cv::Mat& probability);
 
 /// The true outlines and the numbers of Table 4.1 over a view of the room.
-void draw_truth(cv::Mat& picture, const Recording& recording, const RoomView& view);
+void draw_truth(cv::Mat& picture, const sim::Simulation& recording, const RoomView& view);
 /// Metre lines at the border, with their values.
 void draw_scale(cv::Mat& picture, const RoomView& view);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <opencv2/imgproc.hpp>
 
+#include "algorithm1_map.hpp"
 #include "drawing.hpp"
 #include "study.hpp"
 #include "watersky/map/algorithm1.hpp"
@@ -18,7 +19,7 @@ constexpr int kGap = 24, kTitle = 34;
 RoomView room(double pixels_per_m) { return {-2.2, 1.0, 0.0, 3.2, pixels_per_m}; }
 
 /// The body's true places in the motion capture's frame, z up.
-std::vector<Eigen::Vector3d> path(const Recording& recording) {
+std::vector<Eigen::Vector3d> path(const sim::Simulation& recording) {
   std::vector<Eigen::Vector3d> out;
   for (const sim::TrueFrame& frame : recording.truth.frames) {
     const Eigen::Vector3d& p = frame.world_from_body.origin().v;
@@ -51,14 +52,14 @@ class Sheet {
   cv::Mat picture_;
 };
 
-cv::Mat map_panel(const RoomMap& map, const Recording& recording, const RoomView& view) {
+cv::Mat map_panel(const RoomMap& map, const sim::Simulation& recording, const RoomView& view) {
   cv::Mat panel = shaded(in_room(map, recording.flight.datum, view));
   draw_truth(panel, recording, view);
   draw_scale(panel, view);
   return panel;
 }
 
-cv::Mat path_panel(const Recording& recording, const RoomView& view) {
+cv::Mat path_panel(const sim::Simulation& recording, const RoomView& view) {
   cv::Mat panel(view.size(), CV_8UC3, kPaper);
   for (int x = -3; x <= 3; ++x) {
     const int u = static_cast<int>(view.pixel(x, 0).x()),
@@ -103,7 +104,7 @@ class Perspective {
 
 /// A frame laid onto the floor as `prepared` has it, what it does not show light gray.
 Result<cv::Mat> laid_out(const Flight& prepared, const ImageFrame& frame,
-                         const Recording& recording, const RoomView& view) {
+                         const sim::Simulation& recording, const RoomView& view) {
   Algorithm1Parameters parameters;
   parameters.width_cells = view.size().width;
   parameters.height_cells = view.size().height;
@@ -132,7 +133,7 @@ Result<cv::Mat> laid_out(const Flight& prepared, const ImageFrame& frame,
 
 /// The mapped frame that shows most of the patches whole.
 std::size_t fullest(const DrawnFlight& flight) {
-  const Recording& recording = *flight.recording;
+  const sim::Simulation& recording = *flight.recording;
   std::size_t best = 0, most = 0;
   for (std::size_t i = 0; i < flight.frames.size(); ++i) {
     const auto index = static_cast<std::size_t>(flight.frames[i] - recording.flight.frames.data());
@@ -163,7 +164,7 @@ Status write_figure_4_2(const std::filesystem::path& file, const DrawnFlight& fl
     cv::line(picture, seen.at({1.0 * i, -1, 0}), seen.at({1.0 * i, 4, 0}), grid, 1, cv::LINE_AA);
   for (int i = -1; i <= 4; ++i)
     cv::line(picture, seen.at({-3, 1.0 * i, 0}), seen.at({2, 1.0 * i, 0}), grid, 1, cv::LINE_AA);
-  const Recording& recording = *flight.recording;
+  const sim::Simulation& recording = *flight.recording;
   for (const sim::Outline& outline : recording.truth.sea.pieces()) {
     std::vector<cv::Point> corners;
     for (const Eigen::Vector2d& corner : outline) {
@@ -210,7 +211,7 @@ Status write_figure_4_2(const std::filesystem::path& file, const DrawnFlight& fl
 
 Status write_figure_4_3(const std::filesystem::path& file, const DrawnFlight& flight,
                         const Contender& algorithm1, const Contender& ours) {
-  const Recording& recording = *flight.recording;
+  const sim::Simulation& recording = *flight.recording;
   const std::size_t chosen = fullest(flight);
   const ImageFrame& frame = *flight.frames[chosen];
   WATERSKY_TRY(cv::Mat image, frame.load({}));

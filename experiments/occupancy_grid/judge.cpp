@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include "study.hpp"
 #include "watersky/ice/accuracy.hpp"
@@ -74,40 +73,6 @@ Score judge(const RoomMap& map, const sim::Sea& sea, const Datum& datum) {
   }
   score.spurious = static_cast<int>(std::count(taken.begin(), taken.end(), false));
   return score;
-}
-
-double ground_rms_m(const Flight& prepared, const Recording& recording,
-                    const std::vector<const ImageFrame*>& frames) {
-  std::map<std::string, const sim::TrueFrame*> truth;
-  for (const ImageFrame* frame : frames)
-    truth[frame->name] =
-        &recording.truth.frames[static_cast<std::size_t>(frame - recording.flight.frames.data())];
-  // The floor is World's plane z = 0: over a room the Earth's curve is below a micrometre.
-  const auto on_floor = [](const Rigid3<World, Camera>& pose, const Vector<Camera>& ray) {
-    const Eigen::Vector3d d = pose.rotation() * ray.v, o = pose.origin().v;
-    return Eigen::Vector3d(o - o.z() / d.z() * d);
-  };
-  double sum = 0.0, count = 0.0;
-  for (const ImageFrame& frame : prepared.frames) {
-    const auto true_frame = truth.find(frame.name);
-    if (true_frame == truth.end()) continue;
-    const auto pose = prepared.camera_pose(frame, std::chrono::milliseconds(500));
-    if (!pose) continue;
-    for (const double across : {0.1, 0.3, 0.5, 0.7, 0.9})
-      for (const double down : {0.1, 0.5, 0.9}) {
-        const Pixel pixel{across * recording.flight.camera.width_px(),
-                          down * recording.flight.camera.height_px()};
-        // Each by the camera it believes in: an estimate may have corrected the lens as well.
-        const auto claimed = prepared.camera.direction(pixel);
-        const auto real = recording.flight.camera.direction(pixel);
-        if (!claimed || !real) continue;
-        sum += (on_floor(pose->world_from_camera, *claimed) -
-                on_floor(true_frame->second->world_from_camera, *real))
-                   .squaredNorm();
-        count += 1.0;
-      }
-  }
-  return count > 0.0 ? std::sqrt(sum / count) : std::nan("");
 }
 
 }  // namespace watersky::study

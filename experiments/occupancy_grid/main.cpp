@@ -11,12 +11,13 @@
 /// standard error as well.
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
-#include <limits>
 #include <map>
 #include <opencv2/core/utility.hpp>
-#include <string_view>
 
+#include "ground_error.hpp"
+#include "options.hpp"
+#include "recording.hpp"
+#include "statistics.hpp"
 #include "study.hpp"
 #include "support/print_figure.hpp"
 #include "support/tell.hpp"
@@ -35,40 +36,12 @@ struct Options {
   int sweep_seeds = 2;
 };
 
-double median(std::vector<double> values) {
-  std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return std::nan("");
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return 0.5 * (values[(n - 1) / 2] + values[n / 2]);
-}
-
 struct Trial {
   Score score;
   double ground_rms_m = 0.0;
 };
 /// By contender, one trial a seed.
 using Trials = std::map<std::string, std::vector<Trial>>;
-
-/// Without a value there is none: the worst of a contender that finds no patch is not a number.
-template <class Value>
-double worst(const std::vector<Trial>& trials, bool largest, Value value) {
-  double out =
-      largest ? -std::numeric_limits<double>::infinity() : std::numeric_limits<double>::infinity();
-  for (const Trial& trial : trials) {
-    const double v = value(trial);
-    if (!std::isfinite(v)) return std::nan("");
-    out = largest ? std::max(out, v) : std::min(out, v);
-  }
-  return out;
-}
-
-template <class Value>
-double median_of(const std::vector<Trial>& trials, Value value) {
-  std::vector<double> values;
-  for (const Trial& trial : trials) values.push_back(value(trial));
-  return median(std::move(values));
-}
 
 void print_figures(const std::vector<Contender>& all, const Trials& trials) {
   const auto rms_mm = [](const Trial& t) { return 1e3 * t.score.patch_rms_m(); };
@@ -84,18 +57,18 @@ void print_figures(const std::vector<Contender>& all, const Trials& trials) {
   for (const Contender& contender : all) {
     const std::vector<Trial>& t = trials.at(contender.name);
     tell("%-36s %6.1f %6.0f %9.2f %9.2f %7.3f %7.3f %9.0f %9.2f\n", contender.title.c_str(),
-         median_of(t, found), worst(t, false, found), median_of(t, rms_mm), worst(t, true, rms_mm),
-         median_of(t, iou), worst(t, false, iou), worst(t, true, spurious),
-         median_of(t, ground_mm));
+         median(each(t, found)), smallest(each(t, found)), median(each(t, rms_mm)),
+         largest(each(t, rms_mm)), median(each(t, iou)), smallest(each(t, iou)),
+         largest(each(t, spurious)), median(each(t, ground_mm)));
     const std::string name = "lab." + contender.name + ".";
-    print_figure(name + "patches_found", worst(t, false, found));
-    print_figure(name + "patches_found_median", median_of(t, found));
-    print_figure(name + "patch_rms_mm", worst(t, true, rms_mm), "mm");
-    print_figure(name + "patch_rms_median_mm", median_of(t, rms_mm), "mm");
-    print_figure(name + "iou", worst(t, false, iou));
-    print_figure(name + "iou_median", median_of(t, iou));
-    print_figure(name + "spurious", worst(t, true, spurious));
-    print_figure(name + "ground_rms_median_mm", median_of(t, ground_mm), "mm");
+    print_figure(name + "patches_found", smallest(each(t, found)));
+    print_figure(name + "patches_found_median", median(each(t, found)));
+    print_figure(name + "patch_rms_mm", largest(each(t, rms_mm)), "mm");
+    print_figure(name + "patch_rms_median_mm", median(each(t, rms_mm)), "mm");
+    print_figure(name + "iou", smallest(each(t, iou)));
+    print_figure(name + "iou_median", median(each(t, iou)));
+    print_figure(name + "spurious", largest(each(t, spurious)));
+    print_figure(name + "ground_rms_median_mm", median(each(t, ground_mm)), "mm");
     double ratio = 0.0, below = -1.0;
     for (std::size_t i = 0; i < t.size(); ++i) {
       // A NaN stays: no patch found is no ratio.
@@ -156,15 +129,15 @@ Status run(const Options& options) {
   constexpr std::size_t kDrawn = 3;  // as many datasets as the thesis has
   Trials trials;
   std::vector<Contender> all;
-  std::vector<Recording> kept;
+  std::vector<sim::Simulation> kept;
   kept.reserve(kDrawn);
   std::vector<DrawnFlight> flights;
   for (int seed = 1; seed <= options.seeds; ++seed) {
-    WATERSKY_TRY(Recording made, record(laboratory(seed)));
+    WATERSKY_TRY(sim::Simulation made, record(laboratory(seed)));
     const bool is_drawn = kept.size() < kDrawn;
     if (is_drawn) kept.push_back(std::move(made));
-    const Recording& recording = is_drawn ? kept.back() : made;
-    const std::vector<const ImageFrame*> frames = mapped_frames(recording, options.step);
+    const sim::Simulation& recording = is_drawn ? kept.back() : made;
+    const std::vector<const ImageFrame*> frames = every(recording.flight, options.step);
     WATERSKY_CHECK(render(frames));
     all = contenders(recording.truth);
     DrawnFlight flight{&recording, frames, {}, {}};
@@ -174,7 +147,7 @@ Status run(const Options& options) {
       WATERSKY_TRY(const Flight prepared, contender.prepare(recording.flight));
       WATERSKY_TRY(const RoomMap map, make_map(prepared, contender.mapper, frames));
       const Trial trial{judge(map, recording.truth.sea, recording.flight.datum),
-                        ground_rms_m(prepared, recording, frames)};
+                        judge(ground_errors(prepared, recording, options.step)).absolute_m};
       tell("  %-36s found %d of 8, RMS %8.2f mm, IoU %.3f, %2d spurious, ground %7.2f mm\n",
            contender.title.c_str(), trial.score.found(), 1e3 * trial.score.patch_rms_m(),
            trial.score.iou, trial.score.spurious, 1e3 * trial.ground_rms_m);
@@ -183,6 +156,9 @@ Status run(const Options& options) {
       if (contender.name == drawn(all).name) flight.ours = map;
     }
     if (is_drawn) flights.push_back(std::move(flight));
+    // Of the others only path and maps are drawn: their pictures need not stay in memory.
+    if (kept.size() > 1)
+      for (ImageFrame& frame : kept.back().flight.frames) frame.load = {};
   }
   print_figures(all, trials);
   WATERSKY_CHECK(print_patches(all, trials, options.out / "patches.csv"));
@@ -208,34 +184,12 @@ Status run(const Options& options) {
 int main(int argc, char** argv) {
   using namespace watersky;
   study::Options options;
-  bool good = true, help = false;
-  for (int i = 1; i < argc && good; ++i) {
-    const std::string_view word = argv[i];
-    help = word == "--help";
-    good = !help && i + 1 < argc;
-    if (!good) break;
-    const char* given = argv[++i];
-    const long value = std::strtol(given, nullptr, 10);
-    if (word == "--out") {
-      options.out = given;
-    } else if (word == "--seeds" && value > 0) {
-      options.seeds = static_cast<int>(value);
-    } else if (word == "--step" && value > 0) {
-      options.step = static_cast<int>(value);
-    } else if (word == "--sweep-seeds" && value >= 0) {
-      options.sweep_seeds = static_cast<int>(value);
-    } else {
-      good = false;
-    }
-  }
-  if (!good) {
-    std::fprintf(stderr,
-                 "usage: occupancy_grid [--seeds N] [--out FOLDER] [--step K] [--sweep-seeds N]\n");
-    return help ? 0 : 2;
-  }
+  if (const auto status = study::read_options(argc, argv, "occupancy_grid",
+                                              {{"--seeds", "N", &options.seeds},
+                                               {"--out", "FOLDER", &options.out},
+                                               {"--step", "K", &options.step},
+                                               {"--sweep-seeds", "N", &options.sweep_seeds, 0.0}}))
+    return *status;
   cv::setNumThreads(1);
-  const Status done = study::run(options);
-  if (done) return 0;
-  std::fprintf(stderr, "occupancy_grid: %s\n", done.error().message.c_str());
-  return 1;
+  return study::exit_status("occupancy_grid", study::run(options));
 }

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <limits>
-#include <map>
 #include <opencv2/imgproc.hpp>
 #include <set>
 
+#include "algorithm1_map.hpp"
 #include "study.hpp"
-#include "watersky/map/algorithm1.hpp"
 #include "watersky/mapping/mapping.hpp"
 #include "watersky/sim/laboratory.hpp"
 
@@ -14,7 +13,6 @@ namespace watersky::study {
 
 namespace {
 
-constexpr Duration kPoseGap = std::chrono::milliseconds(500);
 constexpr SegmentationMethod kMethod = SegmentationMethod::Otsu;
 /// Algorithm 1's canvas around the middle of the patches: all that is seen falls within.
 constexpr double kHalfWidth_m = 2.2, kHalfHeight_m = 2.4;
@@ -51,52 +49,20 @@ Result<RoomMap> run_ice_map(const Flight& flight) {
 
 }  // namespace
 
-Result<std::vector<cv::Mat>> segmented(const std::vector<const ImageFrame*>& frames) {
-  WATERSKY_TRY(const auto segmenter, make_segmenter(kMethod, {}, IcePolarity::Brighter));
-  constexpr std::size_t kObserved = 16;  // as many as map_flight shows it
-  for (std::size_t i = 0; i < kObserved; ++i) {
-    WATERSKY_TRY(const cv::Mat image, frames[i * frames.size() / kObserved]->load({}));
-    segmenter->observe(image, {});
-  }
-  std::vector<cv::Mat> masks;
-  for (const ImageFrame* frame : frames) {
-    WATERSKY_TRY(const cv::Mat image, frame->load({}));
-    WATERSKY_TRY(const cv::Mat p_ice, segmenter->segment(image, {}));
-    masks.emplace_back(p_ice > 0.5F);  // NaN: not ice
-  }
-  return masks;
-}
-
 Result<RoomMap> run_algorithm1(const Flight& prepared, const std::vector<const ImageFrame*>& frames,
                                const std::vector<cv::Mat>& masks) {
-  Algorithm1Parameters parameters;
-  parameters.dx_m = parameters.dy_m = kCell_m;
-  parameters.width_cells = static_cast<int>(std::lround(2.0 * kHalfWidth_m / kCell_m));
-  parameters.height_cells = static_cast<int>(std::lround(2.0 * kHalfHeight_m / kCell_m));
   // World's axes are the map's: columns along x, rows along -y of the motion capture.
-  const Eigen::Vector2d origin(sim::kPaperMiddle_m[0] - kHalfWidth_m,
-                               sim::kPaperMiddle_m[1] - kHalfHeight_m);
-  const Rigid3<World, Map> world_from_map(Eigen::Quaterniond::Identity(),
-                                          Point<World>{{origin.x(), origin.y(), 0.0}});
-  WATERSKY_TRY(Algorithm1 algorithm, Algorithm1::make(parameters, prepared.camera, world_from_map));
-  std::map<std::string, const cv::Mat*> mask_of;
-  for (std::size_t i = 0; i < frames.size(); ++i) mask_of[frames[i]->name] = &masks[i];
-  for (const ImageFrame& frame : prepared.frames) {
-    const auto mask = mask_of.find(frame.name);
-    if (mask == mask_of.end()) continue;
-    const auto pose = prepared.camera_pose(frame, kPoseGap);
-    if (!pose) continue;  // as map_flight: left out
-    WATERSKY_CHECK(algorithm.update_map(*mask->second, pose->world_from_camera));
-  }
-  cv::Mat probability = algorithm.probability_map();
-  // Sums of evidence are never exactly nothing; what nobody saw is.
-  probability.setTo(std::numeric_limits<float>::quiet_NaN(), algorithm.map() == 0.0F);
-  return RoomMap{
-      probability,
-      [origin, datum = prepared.datum](const Eigen::Vector2d& north_east_m) -> Eigen::Vector2d {
-        const Eigen::Vector2d p = room_from_scene(datum, north_east_m);
-        return ((Eigen::Vector2d(p.x(), -p.y()) - origin) / kCell_m).array() - 0.5;
-      }};
+  Canvas canvas;
+  canvas.cell_m = kCell_m;
+  canvas.corner_m = {sim::kPaperMiddle_m[0] - kHalfWidth_m, sim::kPaperMiddle_m[1] - kHalfHeight_m};
+  canvas.width_cells = static_cast<int>(std::lround(2.0 * kHalfWidth_m / kCell_m));
+  canvas.height_cells = static_cast<int>(std::lround(2.0 * kHalfHeight_m / kCell_m));
+  WATERSKY_TRY(const cv::Mat probability, algorithm1_map(prepared, frames, masks, canvas));
+  return RoomMap{probability,
+                 [canvas, datum = prepared.datum](const Eigen::Vector2d& north_east_m) {
+                   const Eigen::Vector2d p = room_from_scene(datum, north_east_m);
+                   return canvas.cell({p.x(), -p.y()});
+                 }};
 }
 
 Result<RoomMap> make_map(const Flight& prepared, Mapper mapper,

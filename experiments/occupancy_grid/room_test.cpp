@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <gtest/gtest.h>
 
+#include "recording.hpp"
 #include "study.hpp"
 #include "watersky/sim/laboratory.hpp"
 
@@ -8,7 +9,7 @@ namespace watersky::study {
 namespace {
 
 /// A frame a second, exact but for what a test does to it.
-Recording quiet_room() {
+sim::Simulation quiet_room() {
   sim::Scenario s = laboratory(1);
   s.camera.frame_rate_hz = 1.0;
   s.camera.drop_share = 0.0;
@@ -20,7 +21,7 @@ Recording quiet_room() {
 }
 
 /// The floor as somebody has it who takes the motion capture's x and y for World's: a mirror image.
-sim::Sea mirrored_floor(const Recording& recording) {
+sim::Sea mirrored_floor(const sim::Simulation& recording) {
   std::vector<sim::Outline> outlines = recording.truth.sea.pieces();
   const Datum& datum = recording.flight.datum;
   for (sim::Outline& outline : outlines)
@@ -35,8 +36,8 @@ sim::Sea mirrored_floor(const Recording& recording) {
 }
 
 TEST(Room, BothMappersFindThePatchesOfTheTableAndNotThoseOfAMirroredRoom) {
-  const Recording recording = quiet_room();
-  const std::vector<const ImageFrame*> frames = mapped_frames(recording, 1);
+  const sim::Simulation recording = quiet_room();
+  const std::vector<const ImageFrame*> frames = every(recording.flight, 1);
   const sim::Sea mirrored = mirrored_floor(recording);
   for (const Mapper mapper : {Mapper::Algorithm1, Mapper::IceMap}) {
     const RoomMap map = make_map(recording.flight, mapper, frames).value();
@@ -52,8 +53,8 @@ TEST(Room, BothMappersFindThePatchesOfTheTableAndNotThoseOfAMirroredRoom) {
 
 // The same slip in the flight: poses whose y and z were not turned over, or only one of them.
 TEST(Room, PosesInAMirroredRoomFindNoPatches) {
-  const Recording recording = quiet_room();
-  const std::vector<const ImageFrame*> frames = mapped_frames(recording, 1);
+  const sim::Simulation recording = quiet_room();
+  const std::vector<const ImageFrame*> frames = every(recording.flight, 1);
   Flight mirrored = recording.flight;
   std::vector<StampedPose> poses = mirrored.trajectory.poses();
   for (StampedPose& pose : poses) {

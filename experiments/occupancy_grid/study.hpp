@@ -16,20 +16,8 @@ namespace watersky::study {
 
 inline constexpr double kCell_m = 0.01;
 
-/// A flight through the laboratory as it was recorded, and the truth. Images are made once and
-/// kept, whoever asks for them.
-struct Recording {
-  Flight flight;
-  sim::Truth truth;
-};
-[[nodiscard]] Result<Recording> record(const sim::Scenario& scenario);
-/// Of the thesis's laboratory; every seed draws motions, patches, clocks and mount of its own.
+/// The thesis's laboratory; every seed draws motions, patches, clocks and mount of its own.
 [[nodiscard]] sim::Scenario laboratory(int seed);
-
-/// The frames that are mapped, each `step`th of the recording: the same for all contenders.
-[[nodiscard]] std::vector<const ImageFrame*> mapped_frames(const Recording& recording, int step);
-/// Makes their images on two threads.
-Status render(const std::vector<const ImageFrame*>& frames);
 
 enum class Mapper { Algorithm1, IceMap };
 
@@ -57,8 +45,6 @@ struct RoomMap {
 /// Otsu's split for every contender: white paper on a dark floor needs no more.
 [[nodiscard]] Result<RoomMap> make_map(const Flight& prepared, Mapper mapper,
                                        const std::vector<const ImageFrame*>& frames);
-/// The mask that Algorithm 1 is given (CV_8U), the segmenter having seen a sample of the frames.
-[[nodiscard]] Result<std::vector<cv::Mat>> segmented(const std::vector<const ImageFrame*>& frames);
 /// Algorithm 1 alone, on masks made before.
 [[nodiscard]] Result<RoomMap> run_algorithm1(const Flight& prepared,
                                              const std::vector<const ImageFrame*>& frames,
@@ -100,18 +86,13 @@ struct Score {
 /// `sea`: that of the truth, or another to compare with.
 [[nodiscard]] Score judge(const RoomMap& map, const sim::Sea& sea, const Datum& datum);
 
-/// How a prepared flight's frames see the floor: the root mean square, over the frames and a grid
-/// of their pixels, of the distance from where a pixel is claimed to where it truly looked.
-[[nodiscard]] double ground_rms_m(const Flight& prepared, const Recording& recording,
-                                  const std::vector<const ImageFrame*>& frames);
-
 /// Delay, jitter and mount error from none to beyond the thesis's, each alone and all together,
 /// under Algorithm 1 with the latest pose; figures lab.sweep.*, sweep.csv and sweep.png.
 Status sweep(int seeds, int step, const std::filesystem::path& out);
 
 /// A flight and its two maps, to draw.
 struct DrawnFlight {
-  const Recording* recording = nullptr;
+  const sim::Simulation* recording = nullptr;
   std::vector<const ImageFrame*> frames;
   RoomMap algorithm1, ours;
 };

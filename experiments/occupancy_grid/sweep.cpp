@@ -5,8 +5,10 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "algorithm1_map.hpp"
 #include "drawing.hpp"
 #include "preparations.hpp"
+#include "recording.hpp"
 #include "study.hpp"
 #include "support/print_figure.hpp"
 #include "watersky/io/files.hpp"
@@ -48,7 +50,7 @@ std::vector<Axis> axes() {
 }
 
 /// The recording with these faults and no others.
-Flight with_faults(const Recording& recording, const Faults& faults, int seed) {
+Flight with_faults(const sim::Simulation& recording, const Faults& faults, int seed) {
   cv::RNG rng(static_cast<std::uint64_t>(seed));
   Flight flight = recording.flight;
   for (std::size_t i = 0; i < flight.frames.size(); ++i)
@@ -128,8 +130,8 @@ Status sweep(int seeds, int step, const std::filesystem::path& out) {
     with_patches.emplace_back(axis.values.size());
   }
   for (int seed = 1; seed <= seeds; ++seed) {
-    WATERSKY_TRY(const Recording recording, record(laboratory(seed)));
-    const std::vector<const ImageFrame*> frames = mapped_frames(recording, step);
+    WATERSKY_TRY(const sim::Simulation recording, record(laboratory(seed)));
+    const std::vector<const ImageFrame*> frames = every(recording.flight, step);
     WATERSKY_CHECK(render(frames));
     WATERSKY_TRY(const std::vector<cv::Mat> masks, segmented(frames));
     for (std::size_t a = 0; a < all.size(); ++a)

@@ -4,6 +4,7 @@
 #include <limits>
 #include <map>
 
+#include "ground_error.hpp"
 #include "study.hpp"
 #include "watersky/camera/sea_plane.hpp"
 
@@ -12,8 +13,6 @@ namespace watersky::study {
 namespace {
 
 constexpr double kSpacing_m = 12.0;
-const double kLevelCosine = std::cos(Angle::degrees(15.0).radians());
-constexpr Duration kPoseGap = std::chrono::milliseconds(500);
 
 Eigen::Vector2d mean_error(const Looks& looks) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
@@ -47,8 +46,7 @@ Looks look_at_points(const Flight& prepared, const sim::Simulation& simulation, 
   const CameraModel& camera = simulation.flight.camera;
   for (std::size_t i = 0; i < truth.frames.size(); ++i) {
     const Rigid3<World, Camera>& real = truth.frames[i].world_from_camera;
-    // World's down is the local down to 0.01° over the scene.
-    if (!turns && (real.rotation() * Eigen::Vector3d::UnitZ()).z() < kLevelCosine) continue;
+    if (!turns && !is_level(real)) continue;
     ++out.frames;
     const auto frame = claimed.find(simulation.flight.frames[i].name);
     const auto pose = frame == claimed.end()

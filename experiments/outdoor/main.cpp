@@ -8,14 +8,14 @@
 /// navigation's errors. FOLDER (outdoor_study) gets table.txt, seeds.csv and errors.png, the errors
 /// of the first seed. Figures are printed one JSON object a line, the table on standard error as
 /// well.
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <map>
 #include <opencv2/core/utility.hpp>
-#include <string_view>
 
+#include "options.hpp"
+#include "recording.hpp"
+#include "statistics.hpp"
 #include "study.hpp"
 #include "support/print_figure.hpp"
 #include "support/tell.hpp"
@@ -42,20 +42,6 @@ struct Trial {
   double left_out_share = 0.0;
 };
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n == 0 ? std::nan("") : 0.5 * (values[(n - 1) / 2] + values[n / 2]);
-}
-
-template <class Value>
-std::vector<double> each(const std::vector<Trial>& trials, Value value) {
-  std::vector<double> out;
-  out.reserve(trials.size());
-  for (const Trial& trial : trials) out.push_back(value(trial));
-  return out;
-}
-
 void print_figures(const std::vector<Contender>& all,
                    const std::map<std::string, std::vector<Trial>>& trials) {
   tell("\nover all seeds, m: median, worst\n%-24s %-15s %-15s %-15s %-15s %s\n", "", "absolute",
@@ -73,7 +59,7 @@ void print_figures(const std::vector<Contender>& all,
         {"sharpness_with_turns", each(t, [](const Trial& x) { return x.with_turns.sharpness_m; })}};
     tell("%-24s", contender.title.c_str());
     for (const auto& figure : figures) {
-      const double worst = *std::max_element(figure.values.begin(), figure.values.end());
+      const double worst = largest(figure.values);
       tell(" %6.2f %6.2f  ", median(figure.values), worst);
       const std::string name = "outdoor." + contender.name + "." + figure.name;
       print_figure(name + "_median_m", median(figure.values), "m");
@@ -83,10 +69,9 @@ void print_figures(const std::vector<Contender>& all,
     const std::vector<double> ratios =
         each(t, [](const Trial& x) { return x.level.absolute_m / x.unavoidable_m; });
     print_figure("outdoor." + contender.name + ".absolute_ratio_unavoidable_worst",
-                 *std::max_element(ratios.begin(), ratios.end()));
+                 largest(ratios));
     const std::vector<double> lost = each(t, [](const Trial& x) { return x.left_out_share; });
-    print_figure("outdoor." + contender.name + ".left_out_share_worst",
-                 *std::max_element(lost.begin(), lost.end()));
+    print_figure("outdoor." + contender.name + ".left_out_share_worst", largest(lost));
   }
   const std::vector<Trial>& any = trials.begin()->second;
   const std::vector<double> floors = each(any, [](const Trial& x) { return x.floor_m; });
@@ -94,10 +79,9 @@ void print_figures(const std::vector<Contender>& all,
   tell(
       "floor, less its mean: median %.2f, worst %.2f; unavoidable absolute: median %.2f, worst "
       "%.2f\n",
-      median(floors), *std::max_element(floors.begin(), floors.end()), median(best),
-      *std::max_element(best.begin(), best.end()));
+      median(floors), largest(floors), median(best), largest(best));
   print_figure("outdoor.floor.shape_median_m", median(floors), "m");
-  print_figure("outdoor.floor.shape_worst_m", *std::max_element(floors.begin(), floors.end()), "m");
+  print_figure("outdoor.floor.shape_worst_m", largest(floors), "m");
   print_figure("outdoor.floor.absolute_median_m", median(best), "m");
 }
 
@@ -116,7 +100,8 @@ Status run(const Options& options) {
     WATERSKY_TRY(sim::Scenario scenario, sim::scenario_preset("outdoor"));
     scenario.seed = scenario.sea.sea_seed = seed;
     scenario.camera.frame_rate_hz = options.frame_rate_hz;
-    WATERSKY_TRY(const sim::Simulation simulation, sim::simulate(scenario));
+    WATERSKY_TRY(const sim::Simulation simulation, record(scenario));
+    WATERSKY_CHECK(render(simulation.flight));
     const double mean_error_m = simulation.truth.mean_navigation_error_m().head<2>().norm();
     all = contenders(simulation.truth);
     tell("seed %d: %zu frames, mean navigation error %.2f m\n", seed,
@@ -157,31 +142,12 @@ Status run(const Options& options) {
 int main(int argc, char** argv) {
   using namespace watersky;
   study::Options options;
-  bool good = true, help = false;
-  for (int i = 1; i < argc && good; ++i) {
-    const std::string_view word = argv[i];
-    help = word == "--help";
-    good = !help && i + 1 < argc;
-    if (!good) break;
-    const char* given = argv[++i];
-    const double value = std::strtod(given, nullptr);
-    if (word == "--out") {
-      options.out = given;
-    } else if (word == "--seeds" && value >= 1) {
-      options.seeds = static_cast<int>(value);
-    } else if (word == "--frame-rate" && value > 0) {
-      options.frame_rate_hz = value;
-    } else {
-      good = false;
-    }
-  }
-  if (!good) {
-    std::fprintf(stderr, "usage: outdoor [--seeds N] [--out FOLDER] [--frame-rate HZ]\n");
-    return help ? 0 : 2;
-  }
+  if (const auto status =
+          study::read_options(argc, argv, "outdoor",
+                              {{"--seeds", "N", &options.seeds},
+                               {"--out", "FOLDER", &options.out},
+                               {"--frame-rate", "HZ", &options.frame_rate_hz, 0.001}}))
+    return *status;
   cv::setNumThreads(1);
-  const Status done = study::run(options);
-  if (done) return 0;
-  std::fprintf(stderr, "outdoor: %s\n", done.error().message.c_str());
-  return 1;
+  return study::exit_status("outdoor", study::run(options));
 }

@@ -33,7 +33,7 @@ struct Look {
 };
 
 /// Points on a square grid over the scene and every frame that truly shows them, but for the
-/// frames in turns unless asked for: those whose optical axis is more than 15° from straight down.
+/// frames in turns unless asked for: those that are not is_level().
 /// Frames that the prepared flight left out are left out; `frames_left_out` counts them.
 struct Looks {
   std::vector<Eigen::Vector2d> points_m;  ///< true places along World's horizontal axes

@@ -21,8 +21,8 @@
 #include "watersky/align/detail/sighting_geometry.hpp"
 #include "watersky/align/detail/starting_priors.hpp"
 #include "watersky/align/detail/tracker.hpp"
-#include "watersky/base/cpu_time.hpp"
 #include "watersky/align/live_alignment.hpp"
+#include "watersky/base/cpu_time.hpp"
 
 namespace watersky {
 
@@ -74,6 +74,7 @@ class Aligner {
   void set_priors();
   Result<Loaded> load(std::size_t k) const;
   cv::Mat valid_for(const cv::Mat& image) const;
+  [[nodiscard]] bool may_use(const Eigen::Vector2d& px) const;
   Status track(std::size_t most);
   void set_knots(const std::vector<int>& keyframes);
   void find_start();
@@ -259,6 +260,14 @@ cv::Mat Aligner::valid_for(const cv::Mat& image) const {
   cv::Mat valid;
   cv::resize(options_.camera_mask, valid, image.size(), 0, 0, cv::INTER_NEAREST);
   return valid;
+}
+
+/// Whether the camera's mask leaves a full-size pixel.
+bool Aligner::may_use(const Eigen::Vector2d& px) const {
+  const cv::Mat& mask = options_.camera_mask;
+  if (mask.empty()) return true;
+  const cv::Point at(static_cast<int>(std::lround(px.x())), static_cast<int>(std::lround(px.y())));
+  return cv::Rect({0, 0}, mask.size()).contains(at) && mask.at<uchar>(at) != 0;
 }
 
 Status Aligner::track(std::size_t most) {
@@ -565,11 +574,13 @@ void Aligner::revisit() {
         Eigen::Matrix2d::Identity() * std::pow(kRevisit_px * b->reduction, 2);
     TieGroup group{pair.a, pair.b, true, {}};
     int at = 0;
-    for (const PixelPair& p : found)
+    for (const PixelPair& p : found) {
+      if (!may_use(p.a) || !may_use(p.b)) continue;
       if (auto made_tie = geometry_.tie(p.a, p.b, revisit_covariance)) {
         made_tie->held_out = at++ % kHeldOut == kHeldOut - 1;
         group.ties.push_back(*made_tie);
       }
+    }
     if (group.ties.empty()) continue;
     adjustment_->groups.push_back(std::move(group));
     ++out_.revisits;

@@ -13,6 +13,7 @@
 #include <opencv2/imgproc.hpp>
 #include <unordered_map>
 
+#include "watersky/camera/reduced_image.hpp"
 #include "watersky/camera/sea_plane.hpp"
 #include "watersky/registration/homography.hpp"
 
@@ -338,13 +339,7 @@ class PreparedFrames {
                                                   std::to_string(camera.height_px()) + " pixels"};
       still = wanted;
     }
-    if (still > 1) {
-      // Whole blocks, the last ones filled up with the edge, as CameraModel::reduced_by expects.
-      const cv::Size size((image.cols + still - 1) / still, (image.rows + still - 1) / still);
-      cv::copyMakeBorder(image, image, 0, size.height * still - image.rows, 0,
-                         size.width * still - image.cols, cv::BORDER_REPLICATE);
-      cv::resize(image, image, size, 0, 0, cv::INTER_AREA);
-    }
+    if (still > 1) image = reduced_by(image, still);
     WATERSKY_TRY(RegistrationFrame prepared, registrar_.prepare(image));
     return Prepared{std::move(prepared), wanted, ""};
   }

@@ -39,6 +39,20 @@ cv::Mat near_edges(const cv::Mat& share, double reach_cells) {
 
 }  // namespace
 
+Calibration calibration(const cv::Mat& probability, const cv::Mat& ice_share, double cell_m) {
+  Calibration out;
+  const cv::Mat near = near_edges(ice_share, kNearEdge_m / cell_m);
+  for (int r = 0; r < ice_share.rows; ++r)
+    for (int c = 0; c < ice_share.cols; ++c) {
+      const float p = probability.at<float>(r, c);
+      if (std::isnan(p)) continue;
+      const bool is_ice = ice_share.at<float>(r, c) > 0.5F;
+      out.all.add(p, is_ice);
+      if (near.at<uchar>(r, c) != 0) out.near_edges.add(p, is_ice);
+    }
+  return out;
+}
+
 double Evaluation::centroid_error_m(double share) const {
   if (centroid_errors_m.empty()) return 0.0;
   const auto last = static_cast<double>(centroid_errors_m.size() - 1);
@@ -71,19 +85,8 @@ Result<Evaluation> evaluate(const MapRun& run, const sim::Truth& truth, double m
   WATERSKY_CHECK(projected);
   out.raster = ice::compare(probability, share);
 
-  const cv::Mat located = located_probability(run, box);
-  const cv::Mat near = near_edges(share, kNearEdge_m / cell_m);
-  for (int r = 0; r < share.rows; ++r)
-    for (int c = 0; c < share.cols; ++c) {
-      const float p = probability.at<float>(r, c);
-      if (std::isnan(p)) continue;
-      const bool is_ice = share.at<float>(r, c) > 0.5F;
-      out.evidence.add(p, is_ice);
-      out.located.add(located.at<float>(r, c), is_ice);
-      if (near.at<uchar>(r, c) == 0) continue;
-      out.evidence_near_edges.add(p, is_ice);
-      out.located_near_edges.add(located.at<float>(r, c), is_ice);
-    }
+  out.evidence = calibration(probability, share, cell_m);
+  out.located = calibration(located_probability(run, box), share, cell_m);
 
   std::vector<ice::TruthObject> all, counted;
   for (const sim::IceObject& object : truth.sea.objects()) {

@@ -11,6 +11,15 @@
 
 namespace watersky {
 
+/// Whether P(ice) means what it says, of cells mostly ice or mostly water: of all that were seen,
+/// and of those within 3 m of a true edge.
+struct Calibration {
+  Reliability all, near_edges;
+};
+/// `probability`: CV_32F, NaN where never seen. `ice_share`: CV_32F of the same cells.
+[[nodiscard]] Calibration calibration(const cv::Mat& probability, const cv::Mat& ice_share,
+                                      double cell_m);
+
 struct Evaluation {
   ice::RasterAccuracy raster;
   /// Isolated true objects of at least the asked length that lie wholly in what was seen.
@@ -20,10 +29,9 @@ struct Evaluation {
   std::size_t false_objects = 0;
   std::vector<double> centroid_errors_m;  ///< of the matched, ascending
 
-  /// Whether P(ice) means what it says, of cells mostly ice or mostly water: of all seen, and of
-  /// those within 3 m of a true edge. `located`: softened by where the poses may be wrong, as the
-  /// product is; the others as the evidence lies.
-  Reliability located, located_near_edges, evidence, evidence_near_edges;
+  /// `located`: softened by where the poses may be wrong, as the product is; `evidence`: as the
+  /// evidence lies.
+  Calibration located, evidence;
 
   /// The error that a share of the matched does not exceed; 0 when nothing matched.
   [[nodiscard]] double centroid_error_m(double share) const;

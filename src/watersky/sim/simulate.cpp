@@ -11,6 +11,7 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
+#include "watersky/camera/reduced_image.hpp"
 #include "watersky/sim/detail/image_link.hpp"
 #include "watersky/sim/detail/motion.hpp"
 #include "watersky/sim/detail/random.hpp"
@@ -71,15 +72,7 @@ ImageLoader loader(std::shared_ptr<const Studio> studio, double t_s, std::uint64
     cv::Mat image = studio->renderer.image(
         [&](double t) { return studio->motion.camera_in_scene(t); }, t_s, frame);
     if (!request.color && image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2GRAY);
-    if (reduction > 1) {
-      // Whole blocks, the last ones filled up with the edge, as a JPEG decoder has them.
-      const cv::Size size((image.cols + reduction - 1) / reduction,
-                          (image.rows + reduction - 1) / reduction);
-      cv::copyMakeBorder(image, image, 0, size.height * reduction - image.rows, 0,
-                         size.width * reduction - image.cols, cv::BORDER_REPLICATE);
-      cv::resize(image, image, size, 0, 0, cv::INTER_AREA);
-    }
-    return image;
+    return reduction > 1 ? reduced_by(image, reduction) : image;
   };
 }
 

@@ -5,8 +5,8 @@
 #include <functional>
 #include <numbers>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
+#include "watersky/camera/reduced_image.hpp"
 #include "watersky/geo/rotation.hpp"
 #include "watersky/geodesy/projection.hpp"
 
@@ -196,13 +196,7 @@ ImageLoader turned_back(ImageLoader load, int quarter_turns, int width_px, int h
     // A format that cannot be reduced while decoding comes in full size, and stays so.
     const bool was_reduced = decoded == 1 || image.cols < width_px;
     const int still = was_reduced ? request.reduction / decoded : 1;
-    if (still > 1) {
-      const cv::Size size((image.cols + still - 1) / still, (image.rows + still - 1) / still);
-      cv::copyMakeBorder(image, image, 0, size.height * still - image.rows, 0,
-                         size.width * still - image.cols, cv::BORDER_REPLICATE);
-      cv::resize(image, image, size, 0, 0, cv::INTER_AREA);
-    }
-    return image;
+    return still > 1 ? reduced_by(image, still) : image;
   };
 }
 
