@@ -296,7 +296,7 @@ Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const st
       const double rad = Angle::degrees(1).radians();
       pose.sigma = PoseSigma{{s[0], s[1], s[2]}, {s[3] * rad, s[4] * rad, s[5] * rad}};
     }
-    poses.push_back(pose);
+    poses.push_back(std::move(pose));
   }
   return poses;
 }

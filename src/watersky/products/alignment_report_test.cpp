@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/products/alignment_report.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -172,8 +173,8 @@ TEST(AlignmentJson, TellsWhatBecameOfKnownPoints) {
   EXPECT_EQ(json["anchors"][1]["left_out"], "it contradicts");
   EXPECT_EQ(json["range_finder"]["height_as_given_m"], -8.0);
   const std::string html = alignment_report_html(known).value();
-  EXPECT_THAT(html, HasSubstr("cairn &lt;1&gt;"));
-  EXPECT_THAT(html, HasSubstr("90 of 100"));
+  EXPECT_THAT(html, ::testing::HasSubstr("cairn &lt;1&gt;"));
+  EXPECT_THAT(html, ::testing::HasSubstr("90 of 100"));
   EXPECT_TRUE(anchored(known.alignment));
   EXPECT_FALSE(anchored(run().alignment));
 }
