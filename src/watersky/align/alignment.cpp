@@ -900,8 +900,9 @@ void Aligner::finish() {
   out_.pixel_sigma = out_.after.median_px / 1.1774;
   out_.method = AlignMethod::Full;
   const double best = std::min(out_.as_given.median_m, out_.constant_delay.median_m);
-  // Known points and heights are evidence as well: what they win must be more than the ties lose.
-  // Without ties they do not tell a delay.
+  // Known points are evidence as well, but not at the price of frames that no longer fit together:
+  // ties may lose half of what known points win, and no more than they were apart. Without ties
+  // they do not tell a delay.
   const auto known_at = [&](const AdjustmentState& s) {
     a.state = s;
     const double m = known_disagreement_m();
@@ -919,7 +920,7 @@ void Aligner::finish() {
         "only %d places were seen in more than one frame; at least 10 must "
         "be there to judge by",
         static_cast<int>(out_.after.ties));
-  } else if (out_.after.median_m - best > std::max(0.0, known_gain_m)) {
+  } else if (out_.after.median_m - best > std::min(0.5 * std::max(0.0, known_gain_m), best)) {
     out_.method = constant_better ? AlignMethod::ConstantDelay : AlignMethod::AsGiven;
     out_.method_reason = text(
         "places that took no part disagree by %.3f m after the full "
