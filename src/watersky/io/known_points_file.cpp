@@ -101,10 +101,19 @@ std::map<std::string, std::size_t> index_of(const std::vector<Anchor>& anchors) 
   return index;
 }
 
+/// Names stand in reports and are written again: on one line.
+Status check_name(const std::string& text, const std::string& place) {
+  for (const char c : text)
+    if (static_cast<unsigned char>(c) < 0x20)
+      return bad(place + ": has a control character in a name; remove it");
+  return {};
+}
+
 Result<std::string> name_at(const CsvTable& table, std::size_t row) {
   const std::size_t column = *table.column("anchor");
   if (empty_at(table, row, column))
     return bad(table.place(row) + ": names no anchor; any name will do");
+  WATERSKY_CHECK(check_name(table.cell(row, column), table.place(row)));
   return table.cell(row, column);
 }
 
@@ -162,6 +171,7 @@ Result<std::vector<Anchor>> parse_anchors_csv(std::string_view text, const std::
     }
     AnchorSighting sighting;
     sighting.frame = table.cell(row, *frame);
+    WATERSKY_CHECK(check_name(sighting.frame, table.place(row)));
     for (const AnchorSighting& s : anchor.sightings)
       if (s.frame == sighting.frame)
         return bad(table.place(row) + ": " + anchor.name + " is marked twice in " + s.frame +
@@ -292,6 +302,7 @@ Result<std::vector<Anchor>> parse_gcp_list(std::string_view text, const std::str
     if (words.size() < 6)
       return bad(place + ": has " + std::to_string(words.size()) +
                  " words; a point is x y z u v image, and a name if you like");
+    for (const std::string& word : words) WATERSKY_CHECK(check_name(word, place));
     double number[5];
     for (std::size_t k = 0; k < 5; ++k) {
       const bool no_height = k == 2 && lower(words[k]) == "nan";

@@ -82,6 +82,7 @@ TEST(AnchorsCsv, SaysWhatIsWrongWhereAndWhatToDo) {
       {"x,,,5,,,a,1,2\n", "has a height but no lat_deg"},
       {"x,78,,,,,a,1,2\n", "lon_deg is \"\", not a finite number"},
       {",78,11,,,,a,1,2\n", "names no anchor"},
+      {"\"x\ny\",78,11,,,,a,1,2\n", "control character"},
       {"x,78,11,,,,,1,2\n", "names no frame"},
       {"x,78,11,,,,a,nan,2\n", "u_px is \"nan\""},
       {"x,78,11,,,,a,1,2\nx,79,11,,,,b,1,2\n", "anchors.csv:3: puts x elsewhere"},
