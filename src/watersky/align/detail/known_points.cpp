@@ -45,10 +45,10 @@ KnownPoints known_points_of(const Flight& flight, const LocalFrame& local,
   const double rows = flight.camera.height_px();
   for (std::size_t a = 0; a < flight.anchors.size(); ++a) {
     const Anchor& anchor = flight.anchors[a];
-    const std::size_t before = out.points.size();
-    const auto leave_out = [&](const AnchorSighting& s, const std::string& why) {
-      out.notes.push_back("Anchor " + anchor.name + ": its sighting in " + s.frame +
-                          " was left out: " + why + ".");
+    // A list of points may know many pictures that are not of this flight: one note a reason.
+    std::map<std::string, std::vector<std::string>> left_out;
+    const auto leave_out = [&](const AnchorSighting& sighting, const std::string& why) {
+      left_out[why].push_back(sighting.frame);
     };
     for (std::size_t i = 0; i < anchor.sightings.size(); ++i) {
       const AnchorSighting& sighting = anchor.sightings[i];
@@ -94,7 +94,13 @@ KnownPoints known_points_of(const Flight& flight, const LocalFrame& local,
       }
       out.points.push_back(known);
     }
-    if (out.points.size() == before && anchor.sightings.empty())
+    for (const auto& [why, names] : left_out)
+      out.notes.push_back(
+          "Anchor " + anchor.name + ": its sighting in " + names.front() +
+          (names.size() > 1 ? " and those in " + std::to_string(names.size() - 1) + " others were"
+                            : std::string(" was")) +
+          " left out: " + why + ".");
+    if (anchor.sightings.empty())
       out.notes.push_back("Anchor " + anchor.name + " is marked in no frame and was not used.");
   }
   return out;

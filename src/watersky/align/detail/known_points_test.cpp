@@ -215,6 +215,7 @@ TEST(KnownPoints, SightingsThatCannotBeUsedAreNamed) {
   c.make();
   EXPECT_THAT(c.notes, Contains(HasSubstr("ship: its sighting in elsewhere.jpg was left out")));
   EXPECT_THAT(c.notes, Contains(HasSubstr("its positions do not reach to that time")));
+  EXPECT_THAT(c.notes, SizeIs(2));  // not one for each frame
   EXPECT_FALSE(c.points.empty());
   for (const KnownPoint& p : c.points) EXPECT_NEAR(p.frame, 20, 2);
 }
