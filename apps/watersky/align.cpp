@@ -79,8 +79,8 @@ void print(const AlignmentRun& run, const std::vector<LeftOut>& not_written, con
   const Eigen::Matrix2d& shared = a.shared_covariance_m2;
   if (shared.trace() > 0) {
     char text[200];
-    std::snprintf(text, sizeof text,
-                  "  what images cannot see: an offset of the whole, ± %.2f m north, ± %.2f m east",
+    std::snprintf(text, sizeof text, "  %s: an offset of the whole, ± %.2f m north, ± %.2f m east",
+                  anchored(a) ? "what anchors leave" : "what images cannot see",
                   std::sqrt(shared(0, 0)), std::sqrt(shared(1, 1)));
     say(common, text);
   }

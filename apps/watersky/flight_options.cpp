@@ -33,6 +33,12 @@ void add_flight_options(CLI::App& verb, FlightOptions& o) {
   verb.add_option("--sea-level", o.sea_level,
                   "height of the sea [m] above a reference: takeoff:M, geoid:M or ellipsoid:M "
                   "(takeoff:-40 is 40 m below take-off)");
+  verb.add_option("--anchors", o.anchors,
+                  "known points (surveyed, beacons, the ship) and the pixels where they are seen: "
+                  "anchors.csv, or OpenDroneMap's gcp_list.txt; else those beside the images");
+  verb.add_option("--range", o.ranges,
+                  "what a range finder that looks down measured (range.csv: time_s,range_m); else "
+                  "range.csv beside the images, or the log's DISTANCE_SENSOR messages");
   verb.add_option("--delay-s", o.delay_s,
                   "image arrival minus capture [s]; the times of photographs beside a log are then "
                   "those of their arrival")
@@ -79,6 +85,8 @@ Result<ReadOptions> read_options(const FlightOptions& o) {
   if (!o.sea_level.empty()) {
     WATERSKY_TRY(read.sea_level, parse_sea_level_option(o.sea_level));
   }
+  if (!o.anchors.empty()) read.anchors_file = o.anchors;
+  if (!o.ranges.empty()) read.range_file = o.ranges;
   if (!o.name_pattern.empty()) read.name_pattern = o.name_pattern;
   if (!o.video_start.empty()) {
     WATERSKY_TRY(read.video_start, parse_video_start_option(o.video_start));

@@ -9,7 +9,8 @@
 namespace watersky::cli {
 
 struct FlightOptions {
-  std::string flight, camera_file, mount, log, sea_level, name_pattern, video_start;
+  std::string flight, camera_file, mount, log, sea_level, anchors, ranges, name_pattern,
+      video_start;
   std::optional<double> focal_px;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
   std::optional<double> delay_s;

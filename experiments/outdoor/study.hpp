@@ -50,7 +50,8 @@ struct Accuracy {
   double shape_m = 0.0;      ///< after taking out the flight's mean error
   double sharpness_m = 0.0;  ///< of the looks at a point about their own mean
   /// After moving all so that one point, the one nearest to the middle of those seen, is on
-  /// average where it is.
+  /// average where it is: what is left of the shape, seen from there. It is told the truth; what an
+  /// anchor is good for shows the absolute error of the contender that has one.
   double anchored_m = 0.0;
 };
 [[nodiscard]] Accuracy judge(const Looks& looks);

@@ -69,6 +69,40 @@ class Align : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(Align, AnAnchorAndARangeFinderGoThroughFromFileToFile) {
+  const fs::path flight = folder_.path() / "anchored";
+  const Outcome made = watersky(
+      "simulate '" + flight.string() +
+      "' --legs 1 --leg-length-m 120 --width-px 320 --height-px 256 --focal-px 300 "
+      "--supersampling 1 --frame-rate-hz 3 --nav-position-sigma-m 1 --nav-correlation-s 600 "
+      "--nav-height-bias-m 5 --anchor --anchor-sightings 3 --range-rate-hz 5 --quiet");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(rows_of(flight / "anchors.csv").size(), 3u);
+  EXPECT_GT(rows_of(flight / "range.csv").size(), 20u);
+  const Outcome o = align(flight);
+  ASSERT_EQ(o.status, 0) << o.err;
+  EXPECT_THAT(o.out + o.err, HasSubstr("Anchor anchor was used, seen in 3 frames"));
+  EXPECT_THAT(o.out + o.err, HasSubstr("what anchors leave"));
+  const auto json = nlohmann::json::parse(read_text(out() / "align.json"));
+  ASSERT_EQ(json["anchors"].size(), 1u);
+  EXPECT_EQ(json["anchors"][0]["used"], 3);
+  EXPECT_LT(json["anchors"][0]["after_rms_m"], 0.4);
+  EXPECT_NEAR(json["range_finder"]["height_as_given_m"], -5.0, 2.5);
+  EXPECT_LT(std::abs(json["range_finder"]["height_after_m"].get<double>()), 0.3);
+  EXPECT_LT(json["shared_offset_covariance_m2"][0][0], 0.1);
+  // Nothing is lost on the way.
+  EXPECT_EQ(read_text(out() / "range.csv"), read_text(flight / "range.csv"));
+  EXPECT_EQ(rows_of(out() / "anchors.csv").size(), 3u);
+  EXPECT_THAT(read_text(out() / "report.html"), HasSubstr("Known points"));
+
+  // Another file in place of that one; what is wrong with it is said with its line.
+  const fs::path list = folder_.path() / "gcp_list.txt";
+  write_text(list, "EPSG:4326\n11.9 78.9 NaN 3 4\n");
+  const Outcome bad = align(flight, "--overwrite --anchors '" + list.string() + "'");
+  EXPECT_EQ(bad.status, 1);
+  EXPECT_THAT(bad.err, HasSubstr("gcp_list.txt:2: has 5 words"));
+}
+
 TEST_F(Align, FindsWhenTheImagesWereTakenAndWritesItDown) {
   const Outcome o = align(late_flight(), "--json");
   ASSERT_EQ(o.status, 0) << o.err;

@@ -41,6 +41,10 @@ constexpr int kRevisitPoints = 30;
 constexpr double kRevisit_px = 0.2;  ///< one sigma of a place found again, reduced pixels
 /// Places along edges slide: they tie across the edge, and cannot judge.
 constexpr double kJudge_px = 0.7;
+/// What satellite navigation as a whole may be off by where the recording does not say, m.
+constexpr double kOffsetSigma_m = 2.0;
+/// What heights as a whole may be off by where a range finder tells them, of the height.
+constexpr double kHeightSigma = 0.1, kMostHeightError = 0.3;
 
 double median(std::vector<double> v, double share = 0.5) {
   if (v.empty()) return 0.0;
@@ -93,6 +97,10 @@ class Aligner {
   [[nodiscard]] Snapshot snapshot() const;
   void restore(const Snapshot& s);
   void freeze_unobserved();
+  void use_anchors();
+  void say_anchors(const AnchorChoice& choice);
+  [[nodiscard]] double known_disagreement_m() const;
+  void write_known(const AdjustmentState& given);
   void revisit();
   [[nodiscard]] std::optional<Eigen::Matrix3d> expected(int from, int to) const {
     return geometry_.expected(adjustment_->camera(from), adjustment_->camera(to));
@@ -112,6 +120,7 @@ class Aligner {
   std::optional<Navigation> navigation_;
   std::optional<Adjustment> adjustment_;
   std::vector<double> received_s_;
+  std::vector<KnownPoint> sighted_;  ///< sightings of anchors, before they are judged
   std::vector<int> keyframes_;
   bool delayed_ = false;
   std::string clock_note_;      ///< of a regular clock that images told; empty: none
@@ -192,6 +201,14 @@ Status Aligner::list_frames() {
   if (!of_.empty() && !(height_m_ > 0))
     return Error{ErrorCode::Degenerate,
                  text("the flight is %.1f m below the sea; check the sea level", -height_m_)};
+  KnownPoints points = known_points_of(flight_, *local_, *navigation_, of_, adjustment_->frames);
+  sighted_ = std::move(points.points);
+  KnownHeights ranged = known_heights_of(
+      flight_, *local_, *navigation_, seconds(options_.parameters.align_max_pose_gap_s),
+      options_.parameters.range_sigma_m, kMostHeightError * height_m_);
+  adjustment_->known_heights = std::move(ranged.heights);
+  for (const auto* notes : {&points.notes, &ranged.notes})
+    out_.notes.insert(out_.notes.end(), notes->begin(), notes->end());
   return {};
 }
 
@@ -228,6 +245,9 @@ void Aligner::set_priors() {
   AdjustmentPriors& priors = adjustment_->priors;
   priors = starting_priors(flight_, options_.parameters, navigation_->typical_sigma(), height_m_);
   if (flight_.gimbal.rotations().empty()) priors.globals[Globals::kLatency] = 0.0;
+  if (!adjustment_->known_heights.empty())
+    priors.globals[Globals::kHeight] =
+        std::hypot(priors.globals[Globals::kHeight], kHeightSigma * height_m_);
   globals_before_ = priors.globals;
   if (!delayed_) return;
   // How unevenly the frames of an even camera arrived.
@@ -603,6 +623,118 @@ TieStatistics Aligner::judge(const AdjustmentState& s) const {
   return {metres.size(), median(metres), median(metres, 0.9), median(pixels)};
 }
 
+/// How far poses and what is known from outside disagree on the sea: anchors, and at a picture's
+/// edge the heights of the range finder.
+double Aligner::known_disagreement_m() const {
+  const Adjustment& a = *adjustment_;
+  std::vector<double> points, heights;
+  for (const KnownPoint& p : a.known_points)
+    if (const auto e = anchor_error_m(a, p)) points.push_back(e->norm());
+  for (const KnownHeight& h : a.known_heights)
+    heights.push_back(std::abs(h.error_m - a.height_error_m(h.t_s, a.state)));
+  const double edge = 0.5 * flight_.camera.width_px() / flight_.camera.focal_px();
+  return std::max(median(points), edge * median(heights));
+}
+
+/// Anchors say where all of the flight lies. They come in when everything else is known: what they
+/// are to be judged by, and a wrong one must not draw delay or mount after it.
+void Aligner::use_anchors() {
+  if (sighted_.empty()) return;
+  auto& a = *adjustment_;
+  const double said_m =
+      navigation_->typical_sigma().position_north_east_down_m.head<2>().maxCoeff();
+  const double sigma_m = said_m > 0 ? said_m : kOffsetSigma_m;
+  const AnchorChoice choice = choose_anchors(a, sighted_, sigma_m);
+  say_anchors(choice);
+  if (choice.used.empty()) return;
+  a.known_points = choice.used;
+  // Relative errors of the navigation are no measure of what it is off by as a whole.
+  a.priors.globals.segment<2>(Globals::kOffset).setConstant(sigma_m);
+  globals_before_.segment<2>(Globals::kOffset).setConstant(sigma_m);
+  a.state.globals.segment<2>(Globals::kOffset) = -choice.offset_m;
+  whiten(a, a.known_points);
+  solve(false);
+}
+
+void Aligner::say_anchors(const AnchorChoice& choice) {
+  out_.anchors.clear();
+  for (const Anchor& anchor : flight_.anchors) {
+    AnchorOutcome outcome;
+    outcome.name = anchor.name;
+    outcome.sightings = anchor.sightings.size();
+    out_.anchors.push_back(std::move(outcome));
+  }
+  for (const KnownPoint& p : choice.used) ++out_.anchors[p.anchor].used;
+  for (const AnchorChoice::Rejected& r : choice.rejected) {
+    AnchorOutcome& outcome = out_.anchors[r.point.anchor];
+    const std::string& frame = flight_.anchors[r.point.anchor].sightings[r.point.sighting].frame;
+    std::string why =
+        choice.undecided
+            ? text(
+                  "it and another anchor contradict each other by metres, and nothing tells which "
+                  "is wrong")
+        : choice.against_navigation
+            ? text(
+                  "in %s it lies %.1f m (%.0f px) from where the navigation puts it, more than "
+                  "five times what that may be off by",
+                  frame.c_str(), r.off_m, r.off_px)
+            : text("in %s it lies %.1f m (%.0f px) from where the others put it", frame.c_str(),
+                   r.off_m, r.off_px);
+    if (outcome.left_out.empty()) outcome.left_out = std::move(why);
+  }
+  for (const AnchorOutcome& outcome : out_.anchors)
+    if (!outcome.left_out.empty())
+      out_.notes.push_back("Anchor " + outcome.name + ": " +
+                           (outcome.used == 0
+                                ? std::string("left out")
+                                : text("%d of its %d sightings left out",
+                                       static_cast<int>(outcome.sightings - outcome.used),
+                                       static_cast<int>(outcome.sightings))) +
+                           ": " + outcome.left_out + "; check its place and its pixels.");
+}
+
+/// What became of anchors and ranges, at the state that is returned.
+void Aligner::write_known(const AdjustmentState& given) {
+  auto& a = *adjustment_;
+  const AdjustmentState after = a.state;
+  const auto look = [&](const AdjustmentState& s, Eigen::Vector2d AnchorOutcome::*mean,
+                        double AnchorOutcome::*rms) {
+    a.state = s;
+    for (const KnownPoint& p : a.known_points) {
+      AnchorOutcome& o = out_.anchors[p.anchor];
+      const auto e = anchor_error_m(a, p);
+      if (!e) continue;
+      o.*mean += *e / static_cast<double>(o.used);
+      o.*rms += e->squaredNorm() / static_cast<double>(o.used);
+    }
+    for (AnchorOutcome& o : out_.anchors) o.*rms = std::sqrt(o.*rms);
+    std::vector<double> heights;
+    for (const KnownHeight& h : a.known_heights)
+      heights.push_back(h.error_m - a.height_error_m(h.t_s, s));
+    return median(heights);
+  };
+  out_.ranges.ranges = flight_.ranges.size();
+  for (const KnownHeight& h : a.known_heights) out_.ranges.used += h.samples;
+  out_.ranges.as_given_m = look(given, &AnchorOutcome::as_given_m, &AnchorOutcome::as_given_rms_m);
+  out_.ranges.after_m = look(after, &AnchorOutcome::after_m, &AnchorOutcome::after_rms_m);
+  a.state = after;
+  const bool full = out_.method == AlignMethod::Full;
+  for (const AnchorOutcome& o : out_.anchors)
+    if (o.used > 0)
+      out_.notes.push_back(
+          full ? text("Anchor %s was used, seen in %d frames: they put it %.2f m from where it is, "
+                      "as given %.2f m. It shows the offset that all frames share.",
+                      o.name.c_str(), static_cast<int>(o.used), o.after_rms_m, o.as_given_rms_m)
+               : text("Anchor %s is %.2f m from where the frames put it; it was not used.",
+                      o.name.c_str(), o.as_given_rms_m));
+  if (out_.ranges.used > 0)
+    out_.notes.push_back(text(
+        "A range finder measured the height %d times: the recorded heights are %.2f m too %s by "
+        "it, after alignment %.2f m.",
+        static_cast<int>(out_.ranges.used), std::abs(out_.ranges.as_given_m),
+        out_.ranges.as_given_m > 0 ? "low" : "high", std::abs(out_.ranges.after_m)));
+}
+
 void Aligner::finish() {
   auto& a = *adjustment_;
   if (!clock_note_.empty()) out_.notes.push_back(clock_note_);
@@ -617,14 +749,27 @@ void Aligner::finish() {
   out_.pixel_sigma = out_.after.median_px / kMedianOfTwo;
   out_.method = AlignMethod::Full;
   const double best = std::min(out_.as_given.median_m, out_.constant_delay.median_m);
-  if (out_.after.ties < 10) {
+  // Known points are evidence as well, but not at the price of frames that no longer fit together:
+  // ties may lose half of what known points win, and no more than they were apart. Without ties
+  // they do not tell a delay.
+  const auto known_at = [&](const AdjustmentState& s) {
+    a.state = s;
+    const double m = known_disagreement_m();
+    a.state = full;
+    return m;
+  };
+  const bool constant_better = delayed_ && out_.constant_delay.median_m < out_.as_given.median_m;
+  const double known_gain_m = known_at(constant_better ? constant : given) - known_at(full);
+  const bool timed = !delayed_ || flight_.delay_s;
+  if (out_.after.ties < 10 && known_gain_m > 0 && timed) {
+    out_.method_reason.clear();
+  } else if (out_.after.ties < 10) {
     out_.method = AlignMethod::AsGiven;
     out_.method_reason = text(
         "only %d places were seen in more than one frame; at least 10 must "
         "be there to judge by",
         static_cast<int>(out_.after.ties));
-  } else if (out_.after.median_m > best) {
-    const bool constant_better = delayed_ && out_.constant_delay.median_m < out_.as_given.median_m;
+  } else if (out_.after.median_m - best > std::min(0.5 * std::max(0.0, known_gain_m), best)) {
     out_.method = constant_better ? AlignMethod::ConstantDelay : AlignMethod::AsGiven;
     out_.method_reason = text(
         "places that took no part disagree by %.3f m after the full "
@@ -636,6 +781,7 @@ void Aligner::finish() {
   if (out_.method != AlignMethod::Full) out_.after = judge(a.state);
   std::optional<Adjustment::Knowledge> known;
   if (out_.method == AlignMethod::Full) known = a.knowledge();
+  write_known(given);
   write_estimates(known);
   write_frames(known);
 }
@@ -765,9 +911,14 @@ Result<Alignment> Aligner::run() {
     if (out_.revisits > 0) solve(true);
     find_regular_clock();
     report(progress_, "adjusting", 2, 3);
+    use_anchors();
     freeze_unobserved();
     adjustment_->solve_frames();
     report(progress_, "adjusting", 3, 3);
+  } else if (!sighted_.empty() || !adjustment_->known_heights.empty()) {
+    solve(false);
+    use_anchors();
+    freeze_unobserved();
   }
   finish();
   return std::move(out_);

@@ -12,6 +12,9 @@
 /// errors of the navigation, all weighted by what the residuals show. What images cannot tell
 /// stays as it was given, and is named; where the result does not explain places that took no part
 /// better than a constant delay or nothing at all does, that is what is returned.
+///
+/// Images cannot see where the flight as a whole lies. The flight's anchors and ranges can, where
+/// there are any: those that agree with each other and, if only one is there, with the navigation.
 #include <Eigen/Core>
 #include <optional>
 #include <string>
@@ -32,6 +35,7 @@ struct AlignParameters {
   double lever_arm_sigma_m = 0.1;
   double focal_sigma_percent = 0.3;
   double delay_walk_s = 0.004;
+  double range_sigma_m = 0.3;
   bool revisits = true;
   bool estimate_ice_drift = false;
   bool causal = false;
@@ -62,6 +66,11 @@ struct AlignParameters {
     visit(self.delay_walk_s,
           ParameterInfo{"delay_walk_s", "s",
                         "how far the mean delay wanders in a second (per root second)", 0, 1});
+    visit(self.range_sigma_m,
+          ParameterInfo{"range_sigma_m", "m",
+                        "one sigma of a range finder's height above the sea: swell, freeboard of "
+                        "the ice, the instrument where it does not say",
+                        0.001, 100});
     visit(self.revisits,
           ParameterInfo{"revisits", "1", "look for places seen again when the flight returns"});
     visit(self.estimate_ice_drift,
@@ -103,6 +112,22 @@ struct TieStatistics {
   double median_px = 0.0;
 };
 
+/// What became of one anchor. Errors are where frames put it less where it is, at its height.
+struct AnchorOutcome {
+  std::string name;
+  std::size_t sightings = 0, used = 0;
+  /// Mean over the sightings that were used, north and east; root mean square of their lengths.
+  Eigen::Vector2d as_given_m = Eigen::Vector2d::Zero(), after_m = Eigen::Vector2d::Zero();
+  double as_given_rms_m = 0.0, after_rms_m = 0.0;
+  std::string left_out;  ///< why not all of it was used; empty where it was
+};
+
+/// What became of the range finder. Errors are those of the recorded heights by it, the median.
+struct RangeOutcome {
+  std::size_t ranges = 0, used = 0;
+  double as_given_m = 0.0, after_m = 0.0;
+};
+
 enum class AlignMethod { AsGiven, ConstantDelay, Full };
 
 struct AlignedFrame {
@@ -132,6 +157,8 @@ struct Alignment {
   PoseSigma navigation_sigma;                     ///< of the recorded poses, from the residuals
   /// Of the offset that all frames share, which images cannot see: north, east, m².
   Eigen::Matrix2d shared_covariance_m2 = Eigen::Matrix2d::Zero();
+  std::vector<AnchorOutcome> anchors;  ///< as in Flight::anchors
+  RangeOutcome ranges;
   std::size_t keyframes = 0, sightings = 0, revisits = 0;
   double tracking_s = 0.0, solving_s = 0.0;  ///< CPU of one core, without decoding
   double longest_solve_s = 0.0;              ///< of one frame in flight, start-up aside

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/align/alignment.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,6 +13,10 @@
 
 namespace watersky {
 namespace {
+
+using ::testing::AllOf;
+using ::testing::Contains;
+using ::testing::HasSubstr;
 
 /// Small pictures of a short flight over ice: two legs that overlap, and the turn between them.
 sim::Scenario small_flight() {
@@ -183,6 +188,154 @@ TEST(AlignFlight, ParametersOutOfRangeAreRefused) {
   const auto alignment = align_flight(flown().flight, options);
   ASSERT_FALSE(alignment);
   EXPECT_EQ(alignment.error().code, ErrorCode::Usage);
+}
+
+/// What `flown` knows from outside when asked for more: the same sea, aircraft and camera.
+sim::Simulation flown_with(const std::function<void(sim::Scenario&)>& more) {
+  sim::Scenario scenario = small_flight();
+  more(scenario);
+  sim::Simulation made = sim::simulate(scenario).value();
+  for (std::size_t i = 0; i < made.flight.frames.size(); ++i)
+    made.flight.frames[i].load = flown().flight.frames[i].load;
+  return made;
+}
+
+void with_anchor(sim::Scenario& s) {
+  s.known_points.anchor = true;
+  s.known_points.anchor_north_m = 25.0;
+  s.known_points.anchor_east_m = -10.0;
+}
+
+TEST(AlignWithKnownPoints, OneAnchorPutsTheWholeFlightWhereItIs) {
+  const sim::Simulation simulation = flown_with(with_anchor);
+  ASSERT_EQ(simulation.flight.anchors.size(), 1u);
+  ASSERT_EQ(simulation.flight.anchors[0].sightings.size(), 5u);
+  const auto alignment = align_flight(simulation.flight, {});
+  ASSERT_TRUE(alignment) << alignment.error().message;
+  EXPECT_EQ(alignment->method, AlignMethod::Full) << alignment->method_reason;
+  const Flight corrected = aligned(simulation.flight, *alignment).value();
+  const Flight without = aligned(flown().flight, found()).value();
+  EXPECT_LT(error_m(corrected, simulation), 0.5);
+  EXPECT_LT(error_m(corrected, simulation), error_m(without, flown()));
+  // Half of what an anchor of 0.1 m and pixels of 0.35 m can tell is already much better known.
+  EXPECT_LT(alignment->shared_covariance_m2.trace(), 0.2 * found().shared_covariance_m2.trace());
+  ASSERT_EQ(alignment->anchors.size(), 1u);
+  const AnchorOutcome& anchor = alignment->anchors[0];
+  EXPECT_EQ(anchor.used, 5u);
+  EXPECT_LT(anchor.after_rms_m, 0.4);
+  EXPECT_GT(anchor.as_given_rms_m, 2.0 * anchor.after_rms_m);
+  EXPECT_THAT(alignment->notes, Contains(HasSubstr("Anchor anchor was used, seen in 5 frames")));
+  // They are kept for whoever reads the corrected flight.
+  EXPECT_EQ(corrected.anchors.size(), 1u);
+}
+
+TEST(AlignWithKnownPoints, AMarkInOneFrameIsEnough) {
+  sim::Simulation simulation = flown_with(with_anchor);
+  simulation.flight.anchors[0].sightings.resize(1);
+  const auto alignment = align_flight(simulation.flight, {});
+  ASSERT_TRUE(alignment) << alignment.error().message;
+  EXPECT_LT(error_m(aligned(simulation.flight, *alignment).value(), simulation), 0.6);
+}
+
+TEST(AlignWithKnownPoints, AWrongPlaceAndAWrongPixelAreNamedAndSpoilNothing) {
+  sim::Simulation simulation = flown_with(with_anchor);
+  Anchor& anchor = simulation.flight.anchors[0];
+  const Anchor right = anchor;
+  anchor.place->latitude = Angle::degrees(anchor.place->latitude.degrees() + 40.0 / 111'660.0);
+  const auto wrong = align_flight(simulation.flight, {});
+  ASSERT_TRUE(wrong) << wrong.error().message;
+  EXPECT_THAT(wrong->notes, Contains(AllOf(HasSubstr("Anchor anchor: left out"),
+                                           HasSubstr("where the navigation puts it"))));
+  EXPECT_EQ(wrong->anchors.at(0).used, 0u);
+  ASSERT_EQ(wrong->frames.size(), found().frames.size());
+  for (std::size_t i = 0; i < wrong->frames.size(); ++i)
+    EXPECT_LT((wrong->frames[i].pose.world_from_body.origin().v -
+               found().frames[i].pose.world_from_body.origin().v)
+                  .norm(),
+              1e-9);
+
+  anchor = right;
+  anchor.sightings[1].px.v += 30.0;  // 10 m
+  const auto pixel = align_flight(simulation.flight, {});
+  ASSERT_TRUE(pixel) << pixel.error().message;
+  EXPECT_EQ(pixel->anchors.at(0).used, 4u);
+  EXPECT_THAT(pixel->notes, Contains(AllOf(HasSubstr("1 of its 5 sightings left out"),
+                                           HasSubstr(anchor.sightings[1].frame))));
+  EXPECT_LT(error_m(aligned(simulation.flight, *pixel).value(), simulation), 0.5);
+}
+
+// Frames that agree as they are still lie elsewhere as a whole.
+TEST(AlignWithKnownPoints, AFlightThatAgreesWithItselfIsShiftedAllTheSame) {
+  sim::Simulation simulation = flown_with([](sim::Scenario& s) {
+    with_anchor(s);
+    s.camera.mount_error_deg = s.camera.lever_error_m = 0.0;
+    s.navigation.nav_position_sigma_m = s.navigation.nav_attitude_sigma_deg = 0.0;
+  });
+  std::vector<StampedPose> poses = simulation.flight.trajectory.poses();
+  for (StampedPose& p : poses)
+    p.world_from_body =
+        Rigid3<World, Body>(p.world_from_body.rotation(),
+                            Point<World>{p.world_from_body.origin().v + Eigen::Vector3d(3, -2, 0)});
+  simulation.flight.trajectory = Trajectory::make(std::move(poses)).value();
+  for (std::size_t i = 0; i < simulation.flight.frames.size(); ++i) {
+    // Another mount: the pictures are rendered anew.
+    simulation.flight.frames[i].captured_at = simulation.truth.frames[i].captured_at;
+  }
+  const sim::Simulation rendered = sim::simulate([] {
+                                     sim::Scenario s = small_flight();
+                                     s.camera.mount_error_deg = s.camera.lever_error_m = 0.0;
+                                     return s;
+                                   }())
+                                       .value();
+  for (std::size_t i = 0; i < simulation.flight.frames.size(); ++i)
+    simulation.flight.frames[i].load = rendered.flight.frames[i].load;
+  const auto alignment = align_flight(simulation.flight, {});
+  ASSERT_TRUE(alignment) << alignment.error().message;
+  EXPECT_EQ(alignment->method, AlignMethod::Full) << alignment->method_reason;
+  EXPECT_LT(error_m(aligned(simulation.flight, *alignment).value(), simulation), 0.4);
+
+  // Even where no picture can be tied to another.
+  for (ImageFrame& f : simulation.flight.frames)
+    f.load = [](const ImageRequest&) { return Result<cv::Mat>(cv::Mat(192, 240, CV_8U, 90)); };
+  const auto plain = align_flight(simulation.flight, {});
+  ASSERT_TRUE(plain) << plain.error().message;
+  EXPECT_EQ(plain->method, AlignMethod::Full) << plain->method_reason;
+  EXPECT_LT(error_m(aligned(simulation.flight, *plain).value(), simulation), 1.0);
+}
+
+TEST(AlignWithKnownPoints, ARangeFinderMendsBiasedHeights) {
+  const auto biased = [](sim::Scenario& s) { s.navigation.nav_height_bias_m = 8.0; };
+  const sim::Simulation without = flown_with(biased);
+  const sim::Simulation with = flown_with([&](sim::Scenario& s) {
+    biased(s);
+    s.known_points.range_rate_hz = 10.0;
+  });
+  ASSERT_GT(with.flight.ranges.size(), 100u);
+  const auto height_error_m = [](const Flight& flight, const sim::Simulation& simulation) {
+    double sum = 0.0;
+    for (const ImageFrame& frame : flight.frames) {
+      const auto at = std::find_if(simulation.flight.frames.begin(), simulation.flight.frames.end(),
+                                   [&](const ImageFrame& f) { return f.name == frame.name; });
+      const auto& truth =
+          simulation.truth.frames[static_cast<std::size_t>(at - simulation.flight.frames.begin())];
+      const auto pose = flight.camera_pose(frame, std::chrono::seconds(1)).value();
+      sum += pose.camera.height_ellipsoid_m -
+             flight.datum.geodetic(truth.world_from_camera.origin()).height_ellipsoid_m;
+    }
+    return sum / static_cast<double>(flight.frames.size());
+  };
+  const auto blind = align_flight(without.flight, {});
+  const auto seeing = align_flight(with.flight, {});
+  ASSERT_TRUE(blind) << blind.error().message;
+  ASSERT_TRUE(seeing) << seeing.error().message;
+  const Flight before = aligned(without.flight, *blind).value(),
+               after = aligned(with.flight, *seeing).value();
+  // Pictures over a known way flown show height as well, but not as well.
+  EXPECT_LT(std::abs(height_error_m(after, with)), 0.4);
+  EXPECT_LT(std::abs(height_error_m(after, with)), 0.5 * std::abs(height_error_m(before, without)));
+  EXPECT_LT(seeing->ranges.as_given_m, -5.0);
+  EXPECT_LT(std::abs(seeing->ranges.after_m), 0.3);
+  EXPECT_THAT(seeing->notes, Contains(HasSubstr("too high")));
 }
 
 }  // namespace

@@ -376,6 +376,30 @@ TEST(Mended, LeavesWhatIsOnlySuspectedAndRefusesFindingsOfAnotherFlight) {
       test::fails_with(mended(flight, std::vector{finding}), ErrorCode::Usage, {"another flight"}));
 }
 
+// The marks of anchors stay on what they mark.
+TEST(Mended, TurnsTheMarksOfAnchorsWithTheirImages) {
+  for (const int turns : {1, 2, 3}) {
+    Flight flight = flown(usual());
+    const cv::Size size(flight.camera.width_px(), flight.camera.height_px());
+    cv::Mat stored = turns == 2 ? cv::Mat(size, CV_8U, cv::Scalar(0))
+                                : cv::Mat(size.width, size.height, CV_8U, cv::Scalar(0));
+    stored.at<uchar>(40, 70) = 255;
+    flight.frames[1].load = [stored](const ImageRequest&) { return Result<cv::Mat>(stored); };
+    Anchor anchor;
+    anchor.sightings = {{flight.frames[0].name, {70, 40}, 1}, {flight.frames[1].name, {70, 40}, 1}};
+    flight.anchors = {anchor};
+    MetadataFinding finding;
+    finding.frames = {1};
+    finding.quarter_turns = turns;
+    finding.certain = true;
+    const Flight better = mended(flight, std::vector{finding}).value();
+    const cv::Mat image = better.frames[1].load({}).value();
+    const Pixel at = better.anchors[0].sightings[1].px;
+    EXPECT_EQ(image.at<uchar>(static_cast<int>(at.v), static_cast<int>(at.u)), 255) << turns;
+    EXPECT_EQ(better.anchors[0].sightings[0].px.u, 70);
+  }
+}
+
 TEST(TurnedBack, GivesTheVeryPixelsAtEachReductionAlsoWhereBlocksDoNotTile) {
   cv::RNG random(3);
   for (const cv::Size size : {cv::Size(64, 48), cv::Size(37, 50), cv::Size(33, 33)}) {

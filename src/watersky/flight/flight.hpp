@@ -13,6 +13,7 @@
 #include "watersky/base/time.hpp"
 #include "watersky/camera/camera_model.hpp"
 #include "watersky/camera/sea_plane.hpp"
+#include "watersky/flight/known_points.hpp"
 #include "watersky/flight/trajectory.hpp"
 #include "watersky/geodesy/wgs84.hpp"
 
@@ -98,9 +99,11 @@ struct Flight {
   std::vector<ImageFrame> frames;
   Trajectory trajectory;
   std::optional<SeaLevel> sea_level;
-  bool times_are_utc = true;      ///< false: a clock of unknown time zone; only differences count
-  double readout_s = 0.0;         ///< rolling shutter, first row to last
-  std::optional<double> delay_s;  ///< received minus captured, where captured is not known
+  std::vector<Anchor> anchors;
+  std::vector<RangeSample> ranges;  ///< by rising time
+  bool times_are_utc = true;        ///< false: a clock of unknown time zone; only differences count
+  double readout_s = 0.0;           ///< rolling shutter, first row to last
+  std::optional<double> delay_s;    ///< received minus captured, where captured is not known
   /// Of the offset on the sea (north, east, m²) that all frames share, when their poses'
   /// covariances say only how they err against each other. Zero: not known.
   Eigen::Matrix2d shared_covariance_m2 = Eigen::Matrix2d::Zero();

@@ -21,6 +21,7 @@ enum Id : std::uint32_t {
   kAttitudeQuaternion = 31,
   kGlobalPositionInt = 33,
   kMountStatus = 158,
+  kDistanceSensor = 132,
   kCameraFeedback = 180,
   kMountOrientation = 265,
   kGimbalDeviceAttitudeStatus = 285,
@@ -97,6 +98,7 @@ struct Source {
   std::vector<std::pair<BootTime, PositionSample>> positions;
   std::vector<RawGimbal> gimbal_device, mount_orientation;
   std::vector<RawFeedback> feedback;
+  std::vector<std::pair<BootTime, RangeSample>> ranges;
   std::vector<double> utc_minus_boot_s;  ///< by SYSTEM_TIME, once GPS had told the time
   std::size_t mount_status = 0;
 
@@ -128,6 +130,21 @@ void take_mount_orientation(Source& source, const BootTime& time, const Message&
   source.mount_orientation.push_back(
       {time, rotation_from({Angle::degrees(yaw), Angle::degrees(pitch), Angle::degrees(roll)}),
        vehicle});
+}
+
+/// Of a range finder that looks down, what lies within its reach.
+void take_range(Source& source, const BootTime& time, const Message& m) {
+  constexpr std::int64_t kLooksDown = 25;  // MAV_SENSOR_ROTATION_PITCH_270
+  constexpr std::int64_t kInvalid = 1;     // of signal_quality; 0 is not known
+  constexpr std::int64_t kUnknown = 255;   // of covariance
+  if (m.integer("orientation") != kLooksDown || m.integer("signal_quality") == kInvalid) return;
+  const auto range_cm = m.integer("current_distance");
+  if (range_cm <= m.integer("min_distance") || range_cm >= m.integer("max_distance")) return;
+  const auto variance_cm2 = m.integer("covariance");
+  const double sigma_cm =
+      variance_cm2 == kUnknown ? 0.0 : std::sqrt(static_cast<double>(variance_cm2));
+  source.ranges.emplace_back(
+      time, RangeSample{{}, 0.01 * static_cast<double>(range_cm), 0.01 * sigma_cm});
 }
 
 void take(Source& source, const Message& m, Time stamp) {
@@ -174,6 +191,7 @@ void take(Source& source, const Message& m, Time stamp) {
       break;
     }
     case kGimbalDeviceAttitudeStatus: take_gimbal_device(source, time, m); break;
+    case kDistanceSensor: take_range(source, time, m); break;
     case kMountOrientation: take_mount_orientation(source, time, m); break;
     default: break;
   }
@@ -314,6 +332,14 @@ Result<AutopilotLog> parse_tlog(std::span<const std::uint8_t> bytes, const std::
       for (const RawFeedback& f : source.feedback)
         if (log.feedback.empty() || log.feedback.back().image_index != f.image_index)
           log.feedback.push_back({feedback_time(f, source), f.image_index});
+    if (source.ranges.size() > log.ranges.size()) {
+      log.ranges.clear();
+      for (auto& [time, sample] : source.ranges) {
+        sample.time = source.clock.utc(time);
+        log.ranges.push_back(sample);
+      }
+      sort_by_time(log.ranges);
+    }
     const auto& raw =
         source.gimbal_device.empty() ? source.mount_orientation : source.gimbal_device;
     if (raw.size() <= log.gimbal.size()) continue;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "watersky/base/result.hpp"
+#include "watersky/flight/known_points.hpp"
 #include "watersky/flight/trajectory.hpp"
 #include "watersky/geodesy/wgs84.hpp"
 
@@ -39,6 +40,7 @@ struct AutopilotLog {
   std::vector<PositionSample> positions;  ///< likewise
   std::vector<StampedRotation> gimbal;    ///< north, east, down from gimbal; likewise
   std::vector<CameraFeedback> feedback;   ///< in the log's order
+  std::vector<RangeSample> ranges;        ///< by strictly rising time
   double home_height_geoid_m = 0.0;
   std::vector<std::string> notes;
 };

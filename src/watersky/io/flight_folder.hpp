@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
-/// The flight folder: flight.yaml, frames.csv, poses.csv, images/, and gimbal.csv where there is
-/// one. Any recording can be written as one and read back as the same flight.
+/// The flight folder: flight.yaml, frames.csv, poses.csv, images/, and gimbal.csv, known points and
+/// ranges where there are any. Any recording can be written as one and read back as the same
+/// flight.
 #include <filesystem>
 #include <functional>
 #include <optional>
@@ -27,6 +28,7 @@ struct FlightDescription {
   Angle datum_x_azimuth;
   std::optional<double> sea_above_datum_m;
   double sea_above_datum_sigma_m = 0.0;
+  double tide_m = 0.0;             ///< the sea stands this much higher than sea_above_datum_m says
   bool sea_follows_geoid = false;  ///< otherwise it is parallel to the ellipsoid
   double readout_s = 0.0;
   std::optional<double> delay_s;

@@ -9,16 +9,21 @@
 #include "watersky/camera/calibration_file.hpp"
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
+#include "watersky/io/detail/csv_checks.hpp"
 #include "watersky/io/detail/photos.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
 #include "watersky/io/image_file.hpp"
+#include "watersky/io/known_points_file.hpp"
 
 namespace watersky {
 
 namespace fs = std::filesystem;
 
 namespace {
+
+using detail::note_unknown;
+using detail::times_must_rise;
 
 Error bad(const std::string& message) { return {ErrorCode::InvalidInput, message}; }
 
@@ -132,6 +137,7 @@ Result<FlightDescription> describe(const YAML::Node& root, const std::string& na
     WATERSKY_TRY(out.sea_above_datum_m, map.number("sea_above_datum_m", -kFar_m, kFar_m));
   }
   WATERSKY_TRY(out.sea_above_datum_sigma_m, map.number_or("sea_above_datum_sigma_m", 0.0, 0, 1e4));
+  WATERSKY_TRY(out.tide_m, map.number_or("tide_m", 0.0, -30, 30));
   if (map.has("sea_follows")) {
     WATERSKY_TRY(const std::string surface, map.text("sea_follows"));
     if (surface != "geoid" && surface != "ellipsoid")
@@ -155,23 +161,6 @@ Result<FlightDescription> describe(const YAML::Node& root, const std::string& na
   }
   map.unknown_into(out.unknown_keys, "");
   return out;
-}
-
-Status times_must_rise(const CsvTable& table, std::size_t row, Time before, Time now) {
-  if (now > before) return {};
-  return bad(table.place(row) +
-             (now == before
-                  ? ": has the same time as " + table.place(row - 1) + "; remove one of them"
-                  : ": is earlier than " + table.place(row - 1) + "; sort the lines by time"));
-}
-
-void note_unknown(const CsvTable& table, std::vector<std::string> unknown,
-                  std::vector<std::string>& notes) {
-  if (unknown.empty()) return;
-  std::string list;
-  for (const std::string& u : unknown) list += (list.empty() ? "" : ", ") + u;
-  notes.push_back(table.name() +
-                  ": columns that mean nothing to us were ignored: " + list.substr(0, 200));
 }
 
 /// The cells of named columns as numbers.
@@ -307,7 +296,7 @@ Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const st
       const double rad = Angle::degrees(1).radians();
       pose.sigma = PoseSigma{{s[0], s[1], s[2]}, {s[3] * rad, s[4] * rad, s[5] * rad}};
     }
-    poses.push_back(pose);
+    poses.push_back(std::move(pose));
   }
   return poses;
 }
@@ -398,9 +387,10 @@ Status read_frames(const fs::path& folder, CameraModel& camera, const std::strin
 }
 
 Result<SeaLevel> sea_of(const FlightDescription& d, const Datum& datum) {
-  const double at_datum_m = datum.origin().height_ellipsoid_m + *d.sea_above_datum_m;
+  const double at_datum_m = datum.origin().height_ellipsoid_m + *d.sea_above_datum_m + d.tide_m;
   const std::string where =
-      "flight.yaml, " + format_number(*d.sea_above_datum_m) + " m above the datum";
+      "flight.yaml, " + format_number(*d.sea_above_datum_m) + " m above the datum" +
+      (d.tide_m == 0.0 ? "" : " and a tide of " + format_number(d.tide_m) + " m");
   if (!d.sea_follows_geoid)
     return SeaLevel{[at_datum_m](const Geodetic&) -> Result<double> { return at_datum_m; }, where,
                     d.sea_above_datum_sigma_m};
@@ -498,7 +488,11 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
     return in_folder(frames.error());
   if (d.sea_above_datum_m) {
     WATERSKY_TRY(flight.sea_level, sea_of(d, flight.datum));
+  } else if (d.tide_m != 0.0) {
+    flight.notes.emplace_back(
+        "flight.yaml: tide_m goes with sea_above_datum_m, which is not there; it was ignored");
   }
+  WATERSKY_CHECK(read_known_points(folder, options.anchors_file, options.range_file, flight));
   return flight;
 }
 

@@ -156,6 +156,42 @@ TEST(FlightFolder, WhatIsWrittenIsReadBack) {
   }
 }
 
+// Frames get other names when they are written; an anchor's sightings go with them.
+TEST(FlightFolder, KeepsKnownPointsAndRanges) {
+  const TemporaryFolder folder;
+  Flight before = random_flight(1);
+  before.frames[1].name = "film.mp4#120";
+  Anchor cairn;
+  cairn.name = "cairn";
+  cairn.place =
+      AnchorPlace{Angle::degrees(78.9), Angle::degrees(11.9), 41.5, HeightAbove::Ellipsoid};
+  cairn.sigma_m = 0.05;
+  cairn.sightings = {{"film.mp4#120", {10.5, 20.25}, 0.5}, {"elsewhere", {1, 1}, 1}};
+  Anchor buoy;
+  buoy.name = "buoy";
+  buoy.track = {{Time(seconds(1)), {Angle::degrees(79), Angle::degrees(12)}},
+                {Time(seconds(61)), {Angle::degrees(79.001), Angle::degrees(12)}}};
+  before.anchors = {cairn, buoy};
+  before.ranges = {{Time(seconds(1)), 100.25, 0.05}, {Time(seconds(1.1)), 100.5, 0.0}};
+  ASSERT_TRUE(write_flight_folder(before, folder.path() / "f"));
+  const auto after = read_flight(folder.path() / "f");
+  ASSERT_TRUE(after) << after.error().message;
+  EXPECT_THAT(after->notes, SizeIs(0));
+  ASSERT_THAT(after->anchors, SizeIs(2));
+  ASSERT_THAT(after->anchors[0].sightings, SizeIs(1));
+  EXPECT_EQ(after->anchors[0].sightings[0].frame, after->frames[1].name);
+  EXPECT_EQ(after->anchors[0].sightings[0].px.v, 20.25);
+  EXPECT_EQ(after->anchors[0].place->height_m, 41.5);
+  EXPECT_THAT(after->anchors[1].track, SizeIs(2));
+  ASSERT_THAT(after->ranges, SizeIs(2));
+  EXPECT_EQ(after->ranges[0].range_m, 100.25);
+  EXPECT_EQ(after->ranges[1].sigma_m, 0.0);
+  // Errors name folder, file and line.
+  write(folder.path() / "f" / "anchors.csv", std::string("anchor,frame,u_px,v_px\nlost,a,1,2\n"));
+  EXPECT_THAT(read_flight(folder.path() / "f").error().message,
+              AllOf(HasSubstr("anchors.csv: lost has no place"), HasSubstr("anchor_tracks.csv")));
+}
+
 TEST(FlightFolder, FramesTakenInTheSameSecondKeepTheirOwnPoses) {
   Flight f = random_flight(0);
   for (ImageFrame& frame : f.frames) frame.captured_at = f.frames[0].captured_at;
@@ -292,6 +328,17 @@ TEST(FlightFolder, ReadsWhatTheDesignShows) {
   const Eigen::Vector3d top = (pose.sea_from_camera * Vector<Camera>{{0, -1, 0}}).v;
   EXPECT_NEAR(top.y(), 1, 1e-9);  // yaw 90: image top east
   EXPECT_FALSE(flight->mount.assumed);
+}
+
+TEST(FlightFolder, ATideRaisesTheSea) {
+  const HandMade made;
+  write(made.folder.path() / "flight.yaml", made.yaml + "tide_m: 1.25\n");
+  const auto flight = made.read();
+  ASSERT_TRUE(flight) << flight.error().message;
+  EXPECT_NEAR(flight->sea_level->height_ellipsoid_m(flight->datum.origin()).value(), 1.25, 1e-9);
+  EXPECT_THAT(flight->sea_level->description, HasSubstr("a tide of 1.25 m"));
+  write(made.folder.path() / "flight.yaml", made.yaml + "tide_m: high\n");
+  EXPECT_THAT(made.error(), HasSubstr("tide_m must be a number"));
 }
 
 TEST(FlightFolder, BadPosesNameTheirLineAndTheRemedy) {

@@ -14,6 +14,7 @@
 #include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
 #include "watersky/io/image_file.hpp"
+#include "watersky/io/known_points_file.hpp"
 
 namespace watersky {
 
@@ -202,6 +203,18 @@ class FolderWriter {
     WATERSKY_CHECK(write_file(folder_ / "camera.yaml", format_calibration(flight_.camera)));
     WATERSKY_CHECK(write_file(folder_ / "frames.csv", frames_csv_));
     WATERSKY_CHECK(write_file(folder_ / "poses.csv", poses_csv(poses_)));
+    if (!flight_.anchors.empty()) {
+      WATERSKY_CHECK(write_file(folder_ / kAnchorsFile,
+                                format_anchors_csv(flight_.anchors, [&](const std::string& frame) {
+                                  const auto found = file_of_.find(frame);
+                                  return found == file_of_.end() ? std::nullopt
+                                                                 : std::optional(found->second);
+                                })));
+      const std::string tracks = format_anchor_tracks_csv(flight_.anchors);
+      if (!tracks.empty()) WATERSKY_CHECK(write_file(folder_ / kAnchorTracksFile, tracks));
+    }
+    if (!flight_.ranges.empty())
+      WATERSKY_CHECK(write_file(folder_ / kRangesFile, format_range_csv(flight_.ranges)));
     if (flight_.gimbal_reference) {
       std::string csv = "time_s,roll_deg,pitch_deg,yaw_deg\n";
       for (const auto& [time, q] : gimbal_)
@@ -249,6 +262,7 @@ class FolderWriter {
     WATERSKY_CHECK(write_file(folder_ / "images" / file,
                               {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
 
+    file_of_.emplace(frame.name, file);
     std::optional<Time> captured = frame.captured_at;
     if (own) {
       while (own_times_.contains(*captured)) *captured += std::chrono::microseconds(1);
@@ -275,6 +289,7 @@ class FolderWriter {
   std::map<Time, Eigen::Quaterniond> gimbal_;
   std::set<Time> own_times_;
   std::set<std::string> files_;
+  std::map<std::string, std::string> file_of_;  ///< by the name of the frame
   std::vector<LeftOut> left_out_;
 };
 

@@ -193,6 +193,46 @@ TEST(AutopilotLog, TakesTheVehicleThatHasPosesAndSaysWhich) {
   EXPECT_EQ(parse_tlog(Bytes(100, 'x'), "x.tlog").error().code, ErrorCode::InvalidInput);
 }
 
+// Only of a range finder that looks down, and only what lies within its reach.
+TEST(AutopilotLog, ReadsARangeFinderThatLooksDown) {
+  LogMaker maker;
+  maker.fly(0, 20);
+  const auto range = [&](double t, double cm, int orientation, int covariance = 4,
+                         int quality = 0) {
+    Message m = message("DISTANCE_SENSOR");
+    m.set("time_boot_ms", t * 1e3).set("min_distance", 20).set("max_distance", 12000);
+    m.set("current_distance", cm).set("orientation", orientation);
+    m.set("covariance", covariance).set("signal_quality", quality);
+    maker.send(m, t);
+  };
+  for (int k = 0; k < 50; ++k) range(5 + 0.1 * k, 8000 + k, 25);
+  range(11, 9000, 0);         // looks ahead
+  range(12, 12000, 25);       // out of reach
+  range(13, 20, 25);          // too near
+  range(14, 9000, 25, 4, 1);  // said to be invalid
+  range(15, 9100, 25, 255, 100);
+  const auto log = parse_tlog(maker.log, "flight.tlog");
+  ASSERT_TRUE(log) << log.error().message;
+  ASSERT_THAT(log->ranges, SizeIs(51));
+  EXPECT_NEAR(to_seconds(log->ranges[0].time - kBoot), 5.02, 0.005);
+  EXPECT_DOUBLE_EQ(log->ranges[0].range_m, 80.0);
+  EXPECT_DOUBLE_EQ(log->ranges[0].sigma_m, 0.02);
+  EXPECT_DOUBLE_EQ(log->ranges[50].range_m, 91.0);
+  EXPECT_EQ(log->ranges[50].sigma_m, 0.0);
+
+  const TemporaryFolder folder;
+  make_folder(folder, maker.log, {6, 8, 10});
+  EXPECT_THAT(read_flight(folder.path())->ranges, SizeIs(51));
+  // A file beside the photographs, as somebody has put it there, goes before the log.
+  write(folder.path() / "range.csv", std::string("time_s,range_m\n1533430806,80\n"));
+  write(folder.path() / "gcp_list.txt", "EPSG:4326\n11.9 78.9 NaN 3 4 " + utc_name(8) + " cairn\n");
+  const auto flight = read_flight(folder.path());
+  ASSERT_TRUE(flight) << flight.error().message;
+  EXPECT_THAT(flight->ranges, SizeIs(1));
+  ASSERT_THAT(flight->anchors, SizeIs(1));
+  EXPECT_EQ(flight->anchors[0].sightings.at(0).frame, utc_name(8));
+}
+
 TEST(LogFlight, PlacesPhotographsByTheTimeInTheirNames) {
   const TemporaryFolder folder;
   make_folder(folder, LogMaker().fly(0, 60).log, {10.0, 20.55, 30.25});

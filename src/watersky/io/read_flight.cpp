@@ -4,6 +4,7 @@
 #include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
 #include "watersky/io/image_file.hpp"
+#include "watersky/io/known_points_file.hpp"
 #include "watersky/io/log_flight.hpp"
 #include "watersky/io/photo_flight.hpp"
 #include "watersky/io/video.hpp"
@@ -96,6 +97,11 @@ Result<Flight> read_flight(const fs::path& path, const ReadOptions& options,
       WATERSKY_TRY(recorded, read_video_flight(*video, log, options, progress));
       break;
     }
+  }
+  if (kind != RecordingKind::FlightFolder) {
+    std::error_code ec;
+    WATERSKY_CHECK(read_known_points(fs::is_directory(path, ec) ? path : path.parent_path(),
+                                     options.anchors_file, options.range_file, recorded->flight));
   }
   if (options.sea_level) {
     WATERSKY_TRY(recorded->flight.sea_level, make_sea_level(*options.sea_level, recorded->takeoff));

@@ -18,7 +18,10 @@ struct ReadOptions {
   std::optional<YawPitchRoll> mount;         ///< of the camera in the body (or on the gimbal)
   std::optional<std::filesystem::path> log;  ///< an autopilot's log for photographs
   std::optional<SeaLevelOption> sea_level;
-  std::optional<double> delay_s;  ///< received minus captured
+  /// Known points and where they are seen, instead of those beside the recording.
+  std::optional<std::filesystem::path> anchors_file;
+  std::optional<std::filesystem::path> range_file;  ///< a range finder's, likewise
+  std::optional<double> delay_s;                    ///< received minus captured
   /// Photographs without attitude are taken as looking straight down, with a stated sigma.
   bool assume_nadir = false;
   /// Where the UTC of an image stands in its name: Y M D h m s and c for fractions of a second,

@@ -53,6 +53,31 @@ json pose_sigma(const PoseSigma& s) {
           {"yaw_deg", sigma(kDegree * a.z())}};
 }
 
+json anchors_json(const Alignment& a) {
+  json list = json::array();
+  const auto vector = [](const Eigen::Vector2d& v) {
+    return json{{"north_m", v.x()}, {"east_m", v.y()}};
+  };
+  for (const AnchorOutcome& o : a.anchors)
+    list.push_back({{"name", o.name},
+                    {"sightings", o.sightings},
+                    {"used", o.used},
+                    {"as_given", o.used > 0 ? vector(o.as_given_m) : json()},
+                    {"after", o.used > 0 ? vector(o.after_m) : json()},
+                    {"as_given_rms_m", o.used > 0 ? json(o.as_given_rms_m) : json()},
+                    {"after_rms_m", o.used > 0 ? json(o.after_rms_m) : json()},
+                    {"left_out", o.left_out.empty() ? json() : json(o.left_out)}});
+  return list;
+}
+
+json ranges_json(const RangeOutcome& r) {
+  if (r.ranges == 0) return nullptr;
+  return {{"ranges", r.ranges},
+          {"used", r.used},
+          {"height_as_given_m", r.used > 0 ? json(r.as_given_m) : json()},
+          {"height_after_m", r.used > 0 ? json(r.after_m) : json()}};
+}
+
 json left_out_json(const AlignmentRun& run, const std::vector<LeftOut>& not_written) {
   json list = json::array();
   for (const auto* some : {&run.corrected.left_out, &not_written})
@@ -122,6 +147,8 @@ json alignment_summary_json(const AlignmentRun& run) {
       {"pixel_sigma_px", sigma(a.pixel_sigma)},
       {"navigation_sigma", pose_sigma(a.navigation_sigma)},
       {"shared_offset_covariance_m2", nullptr},
+      {"anchors", anchors_json(a)},
+      {"range_finder", ranges_json(a.ranges)},
       {"keyframes", a.keyframes},
       {"sightings", a.sightings},
       {"revisits", a.revisits},

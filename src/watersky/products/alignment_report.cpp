@@ -70,7 +70,8 @@ std::string cards(const AlignmentRun& run, const std::vector<LeftOut>& not_writt
          card("Offset of the whole",
               shared.trace() > 0 ? "± " + metres(std::sqrt(shared.trace() / 2)) : "–",
               shared.trace() > 0
-                  ? "one sigma along each axis, shared by all frames: images cannot see it"
+                  ? std::string("one sigma along each axis, shared by all frames: ") +
+                        (anchored(a) ? "what the anchors leave" : "images cannot see it")
                   : "not known: images cannot see it") +
          "</dl>";
 }
@@ -153,6 +154,32 @@ std::string estimates_section(const AlignmentRun& run) {
          "as it was given, for what would move it is what the model does not know.</p></section>";
 }
 
+std::string known_section(const AlignmentRun& run) {
+  const Alignment& a = run.alignment;
+  if (a.anchors.empty() && a.ranges.ranges == 0) return {};
+  std::string rows;
+  for (const AnchorOutcome& o : a.anchors)
+    rows += "<tr><th>" + escaped(o.name) + "</th><td class=\"n\">" + std::to_string(o.used) +
+            " of " + std::to_string(o.sightings) + "</td><td class=\"n\">" +
+            (o.used > 0 ? metres(o.as_given_rms_m) : "–") + "</td><td class=\"n\">" +
+            (o.used > 0 ? metres(o.after_rms_m) : "–") + "</td><td>" + escaped(o.left_out) +
+            "</td></tr>";
+  if (a.ranges.ranges > 0)
+    rows += "<tr><th>height, by the range finder</th><td class=\"n\">" +
+            std::to_string(a.ranges.used) + " of " + std::to_string(a.ranges.ranges) +
+            "</td><td class=\"n\">" +
+            (a.ranges.used > 0 ? metres(std::abs(a.ranges.as_given_m)) : "–") +
+            "</td><td class=\"n\">" +
+            (a.ranges.used > 0 ? metres(std::abs(a.ranges.after_m)) : "–") + "</td><td></td></tr>";
+  return "<section><h2>Known points</h2><div class=\"scroll\"><table><thead><tr><th></th><th "
+         "class=\"n\">used</th><th class=\"n\">off as given</th><th class=\"n\">off after</th>"
+         "<th>left out</th></tr></thead><tbody>" +
+         rows +
+         "</tbody></table></div><p>How far the frames put an anchor from where it is: images "
+         "cannot "
+         "see the offset that all frames share, anchors do.</p></section>";
+}
+
 std::string left_out_section(const AlignmentRun& run, const std::vector<LeftOut>& not_written) {
   std::map<std::string, std::vector<std::string>> files_of_reason;
   for (const auto* some : {&run.corrected.left_out, &not_written})
@@ -225,8 +252,8 @@ Result<std::string> alignment_report_html(const AlignmentRun& run,
          name + "</h1><p>" + escaped(summary(run)) + "</p></div></header><main>" +
          cards(run, not_written) + "<section><h2>Do the frames agree?</h2>" +
          disagreement_table(run.alignment) + "</section>" + pictures + delay_section(run) +
-         estimates_section(run) + navigation_section(run) + notes_section(run) +
-         left_out_section(run, not_written) + making_section(run) +
+         known_section(run) + estimates_section(run) + navigation_section(run) +
+         notes_section(run) + left_out_section(run, not_written) + making_section(run) +
          "</main><footer>This folder is the corrected flight; every figure, and each frame's, is "
          "in align.json beside this page.</footer></body></html>\n";
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/products/alignment_report.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -149,10 +150,33 @@ TEST(AlignmentJson, HoldsWhatTheContractNames) {
   EXPECT_NEAR(json["mount"]["found"]["pitch_deg"], -90, 1e-6);
   EXPECT_EQ(json["disagreement"]["after"]["ties"], 100);
   EXPECT_TRUE(json["shared_offset_covariance_m2"].is_null());
+  EXPECT_TRUE(json["anchors"].empty());
+  EXPECT_TRUE(json["range_finder"].is_null());
   const std::size_t frames = run().given.frames.size();
   EXPECT_EQ(json["per_frame"].size(), frames);
   EXPECT_EQ(json["frames"]["used"], frames - 1);
   EXPECT_EQ(json["frames"]["left_out"].size(), 2u);
+}
+
+TEST(AlignmentJson, TellsWhatBecameOfKnownPoints) {
+  AlignmentRun known = run();
+  known.alignment.anchors = {
+      {"cairn <1>", 5, 4, {1.0, -2.0}, {0.1, 0.0}, 2.3, 0.15, "in f.png it lies 9 m off"},
+      {"buoy", 1, 0, {}, {}, 0, 0, "it contradicts"}};
+  known.alignment.ranges = {100, 90, -8.0, 0.05};
+  const auto json = alignment_json(known, {});
+  ASSERT_EQ(json["anchors"].size(), 2u);
+  EXPECT_EQ(json["anchors"][0]["used"], 4);
+  EXPECT_EQ(json["anchors"][0]["as_given"]["east_m"], -2.0);
+  EXPECT_EQ(json["anchors"][0]["after_rms_m"], 0.15);
+  EXPECT_TRUE(json["anchors"][1]["after_rms_m"].is_null());
+  EXPECT_EQ(json["anchors"][1]["left_out"], "it contradicts");
+  EXPECT_EQ(json["range_finder"]["height_as_given_m"], -8.0);
+  const std::string html = alignment_report_html(known).value();
+  EXPECT_THAT(html, ::testing::HasSubstr("cairn &lt;1&gt;"));
+  EXPECT_THAT(html, ::testing::HasSubstr("90 of 100"));
+  EXPECT_TRUE(anchored(known.alignment));
+  EXPECT_FALSE(anchored(run().alignment));
 }
 
 TEST(PoseCorrections, AreCorrectedLessRecordedAlongNorthEastDown) {

@@ -131,6 +131,12 @@ std::vector<PoseCorrection> pose_corrections(const AlignmentRun& run) {
   return corrections;
 }
 
+bool anchored(const Alignment& alignment) {
+  return alignment.method == AlignMethod::Full &&
+         std::any_of(alignment.anchors.begin(), alignment.anchors.end(),
+                     [](const AnchorOutcome& o) { return o.used > 0; });
+}
+
 std::string summary(const AlignmentRun& run) {
   const Alignment& a = run.alignment;
   if (a.method == AlignMethod::AsGiven)

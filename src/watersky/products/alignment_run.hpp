@@ -47,6 +47,9 @@ struct PoseCorrection {
 /// Without the frames that have no recorded pose.
 [[nodiscard]] std::vector<PoseCorrection> pose_corrections(const AlignmentRun& run);
 
+/// Whether an anchor says where the whole flight lies.
+[[nodiscard]] bool anchored(const Alignment& alignment);
+
 /// What came of it, one sentence.
 [[nodiscard]] std::string summary(const AlignmentRun& run);
 

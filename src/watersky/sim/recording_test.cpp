@@ -101,6 +101,105 @@ TEST(Recording, TheDelaysDriftForgetsItselfWithItsTimeConstant) {
               0.1);
 }
 
+Scenario with_known_points(double sigma_m, double sigma_px, double drift_m_s = 0.0) {
+  Scenario s = scenario_preset("outdoor").value();
+  s.sea.concentration = 0.0;
+  s.sea.isolated_count = 1;
+  s.sea.lead_count = 0;
+  s.aircraft.legs = 2;
+  s.drift_north_m_s = drift_m_s;
+  s.known_points.anchor = true;
+  s.known_points.anchor_north_m = 40.0;
+  s.known_points.anchor_height_m = 3.0;
+  s.known_points.anchor_sigma_m = sigma_m;
+  s.known_points.anchor_sigma_px = sigma_px;
+  s.known_points.anchor_sightings = 0;
+  s.known_points.range_rate_hz = 5.0;
+  s.known_points.range_noise_m = 0.0;
+  return s;
+}
+
+TEST(Recording, AnAnchorIsMarkedWhereTheTrueCameraSeesIt) {
+  for (const double drift_m_s : {0.0, 0.4}) {
+    const Simulation run = simulate(with_known_points(0.0, 0.0, drift_m_s)).value();
+    ASSERT_EQ(run.flight.anchors.size(), 1u);
+    const Anchor& anchor = run.flight.anchors[0];
+    EXPECT_EQ(anchor.place.has_value(), drift_m_s == 0.0);
+    ASSERT_GT(anchor.sightings.size(), 20u);
+    for (const AnchorSighting& s : anchor.sightings) {
+      std::size_t i = 0;
+      while (run.flight.frames[i].name != s.frame) ++i;
+      const TrueFrame& frame = run.truth.frames[i];
+      const AnchorPlace place = anchor.at(frame.captured_at).value();
+      const Geodetic at{place.latitude, place.longitude, place.height_m};
+      const auto px =
+          run.flight.camera.project(frame.world_from_camera.inverse() * run.flight.datum.world(at));
+      ASSERT_TRUE(px);
+      EXPECT_NEAR(px->u, s.px.u, 0.01);
+      EXPECT_NEAR(px->v, s.px.v, 0.01);
+    }
+  }
+}
+
+TEST(Recording, AnAnchorsErrorsAreThoseAskedFor) {
+  const Simulation exact = simulate(with_known_points(0.0, 0.0)).value();
+  const Anchor& truth = exact.flight.anchors[0];
+  std::vector<double> place, pixel;
+  for (int seed = 1; seed <= 20; ++seed) {
+    Scenario s = with_known_points(2.0, 0.5);
+    s.seed = seed;
+    const Anchor anchor = simulate(s).value().flight.anchors.at(0);
+    EXPECT_EQ(anchor.sigma_m, 2.0);
+    const auto world = [&](const Anchor& a) {
+      return exact.flight.datum.world({a.place->latitude, a.place->longitude, a.place->height_m}).v;
+    };
+    const Eigen::Vector3d off = world(anchor) - world(truth);
+    for (const double x : {off.x(), off.y(), off.z()}) place.push_back(x);
+    if (seed > 1) continue;  // the gusts of another seed see it elsewhere
+    for (std::size_t k = 0; k < truth.sightings.size(); ++k)
+      for (const AnchorSighting& m : anchor.sightings)
+        if (m.frame == truth.sightings[k].frame) {
+          pixel.push_back(m.px.u - truth.sightings[k].px.u);
+          pixel.push_back(m.px.v - truth.sightings[k].px.v);
+        }
+  }
+  EXPECT_NEAR(deviation(place), 2.0, 0.5);
+  ASSERT_GT(pixel.size(), 40u);
+  EXPECT_NEAR(deviation(pixel), 0.5, 0.15);
+  Scenario few = with_known_points(0.0, 0.0);
+  few.known_points.anchor_sightings = 4;
+  EXPECT_EQ(simulate(few).value().flight.anchors.at(0).sightings.size(), 4u);
+}
+
+TEST(Recording, RangesAreAlongTheBodysDownAxisToTheSea) {
+  const Simulation run = simulate(with_known_points(0.0, 0.0)).value();
+  ASSERT_GT(run.flight.ranges.size(), 100u);
+  // Poses are exact in this scenario but for the navigation's errors, which are not asked for.
+  Scenario exact = with_known_points(0.0, 0.0);
+  exact.navigation.nav_position_sigma_m = exact.navigation.nav_attitude_sigma_deg = 0.0;
+  const Flight flight = simulate(exact).value().flight;
+  const double sea_m = exact.sea_height_ellipsoid_m;
+  for (const RangeSample& range : flight.ranges) {
+    const auto pose = flight.trajectory.at(range.time, seconds(1.0));
+    ASSERT_TRUE(pose);
+    const Point<World> hit{(pose->world_from_body * Point<Body>{{0, 0, range.range_m}}).v};
+    EXPECT_NEAR(flight.datum.geodetic(hit).height_ellipsoid_m, sea_m, 0.02);
+  }
+}
+
+TEST(Recording, ABiasedBarometerPutsAllPosesTooHigh) {
+  Scenario s = with_known_points(0.0, 0.0);
+  const Flight exact = simulate(s).value().flight;
+  s.navigation.nav_height_bias_m = 8.0;
+  const Flight biased = simulate(s).value().flight;
+  for (std::size_t i = 0; i < exact.trajectory.poses().size(); i += 100) {
+    const auto height = [&](const Flight& f) {
+      return f.datum.geodetic(f.trajectory.poses()[i].world_from_body.origin()).height_ellipsoid_m;
+    };
+    EXPECT_NEAR(height(biased) - height(exact), 8.0, 1e-6);
+  }
+}
+
 TEST(Recording, TheCountersCanBeUnrecorded) {
   Scenario s = laboratory();
   s.camera.counter_recorded = false;

@@ -13,6 +13,7 @@
 
 #include "watersky/camera/reduced_image.hpp"
 #include "watersky/sim/detail/image_link.hpp"
+#include "watersky/sim/detail/known_points.hpp"
 #include "watersky/sim/detail/motion.hpp"
 #include "watersky/sim/detail/random.hpp"
 
@@ -96,7 +97,10 @@ Result<Trajectory> recorded_poses(const Scenario& scenario, const Motion& motion
     const double t = from_s + static_cast<double>(i) * step_s;
     StampedPose pose;
     pose.time = at_second(t + nav.nav_delay_s);
-    pose.world_from_body = datum.world_from<Body>(motion.body(t));
+    EarthPose body = motion.body(t);
+    if (nav.nav_height_bias_m != 0.0)
+      body.origin_m -= nav.nav_height_bias_m * north_east_down(geodetic_of(body.origin_m)).col(2);
+    pose.world_from_body = datum.world_from<Body>(body);
     if (nav.nav_position_sigma_m > 0.0 || attitude_sigma > 0.0) {
       Eigen::Vector3d place, turn;
       for (int k = 0; k < 3; ++k) {
@@ -230,6 +234,16 @@ Result<Simulation> simulate(const Scenario& scenario, const Sea& unplaced) {
       frame.navigation_error_m =
           recorded->world_from_body.origin().v - frame.world_from_body.origin().v;
   }
+  if (scenario.known_points.anchor) {
+    std::vector<std::pair<std::string, double>> frames;
+    for (std::size_t i = 0; i < flight.frames.size(); ++i)
+      frames.emplace_back(flight.frames[i].name,
+                          to_seconds(truth.frames[i].captured_at - truth.start));
+    flight.anchors = {recorded_anchor(scenario, motion, anchor, frames, truth.start)};
+  }
+  if (scenario.known_points.range_rate_hz > 0.0)
+    flight.ranges =
+        recorded_ranges(scenario, motion, anchor, truth.start, -0.5 * kMargin_s, duration_s);
   if (camera.gimbal != 0) {
     flight.gimbal_reference =
         camera.gimbal == 1 ? GimbalReference::Body : GimbalReference::NorthEastDown;

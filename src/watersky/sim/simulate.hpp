@@ -111,6 +111,7 @@ struct NavigationParameters {
   double nav_attitude_sigma_deg = 0.0;
   double nav_correlation_s = 20.0;
   double nav_attitude_correlation_s = -1.0;
+  double nav_height_bias_m = 0.0;
   double nav_delay_s = 0.0;
   bool nav_sigmas_recorded = true;
 
@@ -131,10 +132,52 @@ struct NavigationParameters {
     visit(self.nav_attitude_correlation_s,
           ParameterInfo{"nav_attitude_correlation_s", "s",
                         "the same for attitude alone; -1: nav_correlation_s", -1, 100000});
+    visit(self.nav_height_bias_m,
+          ParameterInfo{"nav_height_bias_m", "m",
+                        "recorded heights are too large by this, as a barometer's", -1000, 1000});
     visit(self.nav_delay_s,
           ParameterInfo{"nav_delay_s", "s", "poses are stamped this much too late", -10, 10});
     visit(self.nav_sigmas_recorded,
           ParameterInfo{"nav_sigmas_recorded", "1", "poses say how uncertain they are"});
+  }
+};
+
+/// What is known from outside the pictures: one anchor, and a range finder. Both off by default.
+struct KnownPointParameters {
+  bool anchor = false;
+  double anchor_north_m = 0.0, anchor_east_m = 0.0, anchor_height_m = 0.0;
+  double anchor_sigma_m = 0.1;
+  double anchor_sigma_px = 0.5;
+  int anchor_sightings = 5;
+  double range_rate_hz = 0.0;
+  double range_noise_m = 0.1;
+
+  template <class Self, class Visitor>
+  static void describe(Self& self, Visitor&& visit) {
+    visit(self.anchor, ParameterInfo{"anchor", "1", "one point has a known place and is marked"});
+    visit(self.anchor_north_m,
+          ParameterInfo{"anchor_north_m", "m",
+                        "the anchor north of the scene's anchor at the start", -20000, 20000});
+    visit(self.anchor_east_m,
+          ParameterInfo{"anchor_east_m", "m", "the anchor east of the scene's anchor at the start",
+                        -20000, 20000});
+    visit(self.anchor_height_m,
+          ParameterInfo{"anchor_height_m", "m", "the anchor above the sea", 0, 1000});
+    visit(self.anchor_sigma_m,
+          ParameterInfo{"anchor_sigma_m", "m",
+                        "one sigma of the anchor's recorded place, along each axis", 0, 1000});
+    visit(self.anchor_sigma_px,
+          ParameterInfo{"anchor_sigma_px", "px", "one sigma of a mark, along each axis", 0, 100});
+    visit(self.anchor_sightings,
+          ParameterInfo{"anchor_sightings", "1",
+                        "in so many of the frames that see the anchor it is marked; 0: in all", 0,
+                        1000000});
+    visit(self.range_rate_hz,
+          ParameterInfo{"range_rate_hz", "Hz",
+                        "measurements a second of a range finder along the body's down axis", 0,
+                        1000});
+    visit(self.range_noise_m,
+          ParameterInfo{"range_noise_m", "m", "one sigma of a measured range", 0, 100});
   }
 };
 
@@ -156,6 +199,7 @@ struct Scenario {
   AircraftParameters aircraft;
   CameraSetup camera;
   NavigationParameters navigation;
+  KnownPointParameters known_points;
 
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -198,6 +242,7 @@ struct Scenario {
     AircraftParameters::describe(self.aircraft, visit);
     CameraSetup::describe(self.camera, visit);
     NavigationParameters::describe(self.navigation, visit);
+    KnownPointParameters::describe(self.known_points, visit);
   }
 };
 

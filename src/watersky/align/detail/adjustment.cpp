@@ -135,6 +135,35 @@ std::optional<Transfer> transfer(const ModelCamera& host, const ModelCamera& fra
   return t;
 }
 
+/// What the residual of a known point depends on.
+struct SeenKnown {
+  Eigen::Vector2d residual;  ///< in units of the focal length
+  Eigen::Matrix<double, 2, 3> by_point;
+  Matrix26 by_camera;
+  Eigen::Vector2d by_focal;
+};
+
+/// `camera` is at the row of the sighting, at `t_s`. That the point's own motion shifts it with the
+/// camera's delay is left out of the derivatives: ice is slow against an aircraft.
+std::optional<SeenKnown> see_known_point(const ModelCamera& camera, const KnownPoint& known,
+                                         double focal_scale, double t_s) {
+  const auto seen = see(camera, known.point_m + (t_s - known.at_s) * known.velocity_m_s);
+  if (!seen) return std::nullopt;
+  const double scale = 1.0 + focal_scale;
+  return SeenKnown{scale * seen->at - known.direction, scale * seen->by_point,
+                   scale * seen->by_camera, seen->at};
+}
+
+/// The piece of a broken line over rising `times` that holds `t`, and how far along it.
+std::pair<int, double> piece_of(const std::vector<double>& times, double t) {
+  if (times.size() < 2) return {0, 0.0};
+  const auto after = std::upper_bound(times.begin(), times.end(), t);
+  const auto i = std::clamp<std::ptrdiff_t>(after - times.begin() - 1, 0,
+                                            static_cast<std::ptrdiff_t>(times.size()) - 2);
+  const auto k = static_cast<std::size_t>(i);
+  return {static_cast<int>(i), std::clamp((t - times[k]) / (times[k + 1] - times[k]), 0.0, 1.0)};
+}
+
 }  // namespace
 
 ModelCamera ModelCamera::at_row(double row, double readout_s) const {
@@ -178,6 +207,35 @@ Blocks blocks_of(const AdjustmentState& s) {
           static_cast<int>(s.jitter_s.size())};
 }
 
+/// A state of its own with just these blocks filled in: the frames ask for no others.
+const AdjustmentState& state_with(const Adjustment& adjustment, const std::vector<int>& blocks,
+                                  double const* const* parameters,
+                                  std::initializer_list<int> frames) {
+  thread_local AdjustmentState s;
+  const AdjustmentState& shape = adjustment.state;
+  s.knots.resize(shape.knots.size());
+  s.delay_s.resize(shape.delay_s.size());
+  s.jitter_s.resize(shape.jitter_s.size());
+  for (const int f : frames) s.jitter_s[static_cast<std::size_t>(f)] = 0.0;
+  s.extra.resize(shape.extra.size());
+  const Blocks all = blocks_of(shape);
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    const int b = blocks[k];
+    const double* p = parameters[k];
+    if (b < all.knots)
+      std::copy(p, p + 6, s.knots[static_cast<std::size_t>(b)].begin());
+    else if (b < all.knots + all.delays)
+      s.delay_s[static_cast<std::size_t>(b - all.knots)] = *p;
+    else if (b < all.globals())
+      s.jitter_s[static_cast<std::size_t>(b - all.knots - all.delays)] = *p;
+    else
+      s.globals = Eigen::Map<const Globals::Vector>(p);
+  }
+  for (const int f : frames)
+    s.extra[static_cast<std::size_t>(f)] = shape.extra[static_cast<std::size_t>(f)];
+  return s;
+}
+
 }  // namespace
 
 void Adjustment::reset() {
@@ -189,13 +247,11 @@ void Adjustment::reset() {
 }
 
 std::pair<int, double> Adjustment::delay_place(double base_s) const {
-  const auto& t = delay_knot_times_s;
-  if (t.size() < 2) return {0, 0.0};
-  const auto after = std::upper_bound(t.begin(), t.end(), base_s);
-  const auto i = std::clamp<std::ptrdiff_t>(after - t.begin() - 1, 0,
-                                            static_cast<std::ptrdiff_t>(t.size()) - 2);
-  const auto k = static_cast<std::size_t>(i);
-  return {static_cast<int>(i), std::clamp((base_s - t[k]) / (t[k + 1] - t[k]), 0.0, 1.0)};
+  return piece_of(delay_knot_times_s, base_s);
+}
+
+std::pair<int, double> Adjustment::knot_place(double t_s) const {
+  return piece_of(knot_times_s, t_s);
 }
 
 void Adjustment::evaluate(int index, const AdjustmentState& s, bool derivatives,
@@ -237,6 +293,7 @@ void Adjustment::evaluate(int index, const AdjustmentState& s, bool derivatives,
   camera.rotation = platform * mount_.rotation * exp_rotation(boresight);
   camera.position_m = nav.position_m + error.head<3>() + arm;
   camera.position_m.z() -= g[Globals::kHeight];
+  camera.position_m.head<2>() += g.segment<2>(Globals::kOffset);
   const Eigen::Vector3d gimbal_rate = geared * nav.gimbal_rate_rad_s;
   camera.rate_rad_s = exp_rotation(turn) * nav.reference_rate_rad_s + gimbal_rate;
   camera.velocity_m_s = nav.velocity_m_s + camera.rate_rad_s.cross(arm);
@@ -268,6 +325,7 @@ void Adjustment::evaluate(int index, const AdjustmentState& s, bool derivatives,
       camera.rotation.toRotationMatrix() * left_jacobian(boresight).transpose();
   by_globals.block<3, 3>(0, Globals::kLever) = platform.toRotationMatrix();
   by_globals(2, Globals::kHeight) = -1.0;
+  by_globals.block<2, 2>(0, Globals::kOffset).setIdentity();
   const Eigen::Matrix3d encoder_turn = reference.toRotationMatrix() * left_jacobian(encoder);
   by_globals.block<3, 3>(3, Globals::kEncoder) = encoder_turn;
   by_globals.block<3, 3>(0, Globals::kEncoder) = turns_arm * encoder_turn;
@@ -315,6 +373,7 @@ ModelPlatform Adjustment::platform(int index) const {
   out.gimbal = exp_rotation(state.globals.segment<3>(Globals::kEncoder)) * nav.gimbal;
   out.position_m = nav.position_m + error.head<3>();
   out.position_m.z() -= state.globals[Globals::kHeight];
+  out.position_m.head<2>() += state.globals.segment<2>(Globals::kOffset);
   return out;
 }
 
@@ -331,6 +390,22 @@ Cameras Adjustment::cameras(const AdjustmentState& s) const {
     out.time_s.push_back(e.t_s);
   }
   return out;
+}
+
+std::optional<Adjustment::SeenPoint> Adjustment::see_known(const KnownPoint& point,
+                                                           const AdjustmentState& s) const {
+  const auto seen = see_known_point(camera(point.frame, s).at_row(point.row, readout_s_), point,
+                                    s.globals[Globals::kFocal], time_s(point.frame, s));
+  if (!seen) return std::nullopt;
+  return SeenPoint{focal_px_ * seen->residual, focal_px_ * seen->by_point,
+                   focal_px_ * seen->by_camera};
+}
+
+double Adjustment::height_error_m(double t_s, const AdjustmentState& s) const {
+  const auto [k, f] = knot_place(t_s);
+  double down_m = s.knots[static_cast<std::size_t>(k)][2];
+  if (f > 0.0) down_m += f * (s.knots[static_cast<std::size_t>(k) + 1][2] - down_m);
+  return s.globals[Globals::kHeight] - down_m;
 }
 
 std::optional<Eigen::Vector2d> Adjustment::residual_px(const TieGroup& group, const Tie& tie,
@@ -355,6 +430,30 @@ std::optional<double> Adjustment::disagreement_m(const TieGroup& group, const Ti
   return (*b - *a - (cameras.time_s[f] - cameras.time_s[h]) * cameras.drift_m_s).norm();
 }
 
+/// To two rows of jacobians what they owe to a camera's parameters.
+std::array<std::size_t, 6> Adjustment::places(const Evaluated& camera,
+                                              const std::vector<int>& blocks) {
+  std::array<std::size_t, 6> at{};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(camera.count); ++k)
+    at[k] = static_cast<std::size_t>(
+        std::find(blocks.begin(), blocks.end(), camera.slots[k].block) - blocks.begin());
+  return at;
+}
+
+void Adjustment::add_rows(const Evaluated& camera, const std::array<std::size_t, 6>& at,
+                          const Matrix26& by, int row, double** jacobians) {
+  for (std::size_t k = 0; k < static_cast<std::size_t>(camera.count); ++k) {
+    const Slot& slot = camera.slots[k];
+    double* j = jacobians[at[k]];
+    if (!j) continue;
+    for (int c = 0; c < slot.size; ++c) {
+      const Eigen::Vector2d column = by * slot.by.col(c);
+      j[row * slot.size + c] += column.x();
+      j[(row + 1) * slot.size + c] += column.y();
+    }
+  }
+}
+
 /// The residuals of one pair of frames.
 class TieCost final : public ceres::CostFunction {
  public:
@@ -371,29 +470,9 @@ class TieCost final : public ceres::CostFunction {
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    // A state of its own with just these blocks filled in: the frames ask for no others.
-    thread_local AdjustmentState s;
-    const AdjustmentState& shape = adjustment_->state;
-    s.knots.resize(shape.knots.size());
-    s.delay_s.resize(shape.delay_s.size());
-    s.jitter_s.resize(shape.jitter_s.size());
-    for (const int f : {group_->host, group_->frame}) s.jitter_s[static_cast<std::size_t>(f)] = 0.0;
-    s.extra.resize(shape.extra.size());
-    const Blocks all = blocks_of(shape);
-    for (std::size_t k = 0; k < blocks_.size(); ++k) {
-      const int b = blocks_[k];
-      const double* p = parameters[k];
-      if (b < all.knots)
-        std::copy(p, p + 6, s.knots[static_cast<std::size_t>(b)].begin());
-      else if (b < all.knots + all.delays)
-        s.delay_s[static_cast<std::size_t>(b - all.knots)] = *p;
-      else if (b < all.globals())
-        s.jitter_s[static_cast<std::size_t>(b - all.knots - all.delays)] = *p;
-      else
-        s.globals = Eigen::Map<const Globals::Vector>(p);
-    }
-    for (const int f : {group_->host, group_->frame})
-      s.extra[static_cast<std::size_t>(f)] = shape.extra[static_cast<std::size_t>(f)];
+    const AdjustmentState& s =
+        state_with(*adjustment_, blocks_, parameters, {group_->host, group_->frame});
+    const Blocks all = blocks_of(adjustment_->state);
     Adjustment::Evaluated host, frame;
     const bool derive = jacobians != nullptr;
     adjustment_->evaluate(group_->host, s, derive, host);
@@ -406,7 +485,8 @@ class TieCost final : public ceres::CostFunction {
       for (std::size_t k = 0; k < blocks_.size(); ++k)
         if (jacobians[k]) std::fill_n(jacobians[k], rows * all.size(blocks_[k]), 0.0);
 
-    const auto host_at = places(host), frame_at = places(frame);
+    const auto host_at = Adjustment::places(host, blocks_),
+               frame_at = Adjustment::places(frame, blocks_);
     int row = 0;
     for (const Tie& tie : group_->ties) {
       if (tie.held_out) continue;
@@ -426,8 +506,8 @@ class TieCost final : public ceres::CostFunction {
       residuals[row] = residual.x();
       residuals[row + 1] = residual.y();
       if (derive) {
-        add(host, host_at, scale * t->by_host, row, jacobians);
-        add(frame, frame_at, scale * t->by_frame, row, jacobians);
+        Adjustment::add_rows(host, host_at, scale * t->by_host, row, jacobians);
+        Adjustment::add_rows(frame, frame_at, scale * t->by_frame, row, jacobians);
         if (double* j = jacobians[globals_]) {
           const Eigen::Vector2d by_focal = scale * t->by_focal;
           const Eigen::Matrix2d by_drift = scale * t->by_drift;
@@ -444,35 +524,93 @@ class TieCost final : public ceres::CostFunction {
   }
 
  private:
-  /// Which of our blocks a camera's slots are.
-  std::array<std::size_t, 6> places(const Adjustment::Evaluated& camera) const {
-    std::array<std::size_t, 6> at{};
-    for (std::size_t k = 0; k < static_cast<std::size_t>(camera.count); ++k)
-      at[k] = static_cast<std::size_t>(
-          std::find(blocks_.begin(), blocks_.end(), camera.slots[k].block) - blocks_.begin());
-    return at;
-  }
-  static void add(const Adjustment::Evaluated& camera, const std::array<std::size_t, 6>& at,
-                  const Matrix26& by, int row, double** jacobians) {
-    for (std::size_t k = 0; k < static_cast<std::size_t>(camera.count); ++k) {
-      const Adjustment::Slot& slot = camera.slots[k];
-      double* j = jacobians[at[k]];
-      if (!j) continue;
-      for (int c = 0; c < slot.size; ++c) {
-        const Eigen::Vector2d column = by * slot.by.col(c);
-        j[row * slot.size + c] += column.x();
-        j[(row + 1) * slot.size + c] += column.y();
-      }
-    }
-  }
-
   const Adjustment* adjustment_;
   const TieGroup* group_;
   std::vector<int> blocks_;
   std::size_t globals_ = 0;
 };
 
+/// The residual of one sighting of an anchor.
+class KnownPointCost final : public ceres::CostFunction {
+ public:
+  KnownPointCost(const Adjustment& adjustment, const KnownPoint& point, std::vector<int> blocks)
+      : adjustment_(&adjustment), point_(&point), blocks_(std::move(blocks)) {
+    const Blocks all = blocks_of(adjustment.state);
+    set_num_residuals(2);
+    for (const int b : blocks_) mutable_parameter_block_sizes()->push_back(all.size(b));
+    globals_ = static_cast<std::size_t>(std::find(blocks_.begin(), blocks_.end(), all.globals()) -
+                                        blocks_.begin());
+  }
+
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const AdjustmentState& s = state_with(*adjustment_, blocks_, parameters, {point_->frame});
+    const Blocks all = blocks_of(adjustment_->state);
+    Adjustment::Evaluated frame;
+    adjustment_->evaluate(point_->frame, s, jacobians != nullptr, frame);
+    if (jacobians)
+      for (std::size_t k = 0; k < blocks_.size(); ++k)
+        if (jacobians[k]) std::fill_n(jacobians[k], 2 * all.size(blocks_[k]), 0.0);
+    const auto seen = see_known_point(frame.camera.at_row(point_->row, adjustment_->readout_s()),
+                                      *point_, s.globals[Globals::kFocal], frame.t_s);
+    if (!seen) {
+      residuals[0] = residuals[1] = 1e3;  // behind the camera for a trial step
+      return true;
+    }
+    const Eigen::Matrix2d scale = adjustment_->focal_px() * point_->whiten;
+    Eigen::Map<Eigen::Vector2d>(residuals, 2) = scale * seen->residual;
+    if (!jacobians) return true;
+    Adjustment::add_rows(frame, Adjustment::places(frame, blocks_), scale * seen->by_camera, 0,
+                         jacobians);
+    if (double* j = jacobians[globals_]) {
+      const Eigen::Vector2d by_focal = scale * seen->by_focal;
+      for (int r = 0; r < 2; ++r) j[r * Globals::kSize + Globals::kFocal] += by_focal[r];
+    }
+    return true;
+  }
+
+ private:
+  const Adjustment* adjustment_;
+  const KnownPoint* point_;
+  std::vector<int> blocks_;
+  std::size_t globals_ = 0;
+};
+
 namespace {
+
+/// The residual of one known height, linear in the knots around it and the height of all.
+class KnownHeightCost final : public ceres::CostFunction {
+ public:
+  /// With blocks of `weight` 0 the second knot is not asked for.
+  KnownHeightCost(const KnownHeight& height, double weight)
+      : scale_(std::sqrt(height.robust) / height.sigma_m),
+        error_m_(height.error_m),
+        weight_(weight) {
+    set_num_residuals(1);
+    mutable_parameter_block_sizes()->push_back(Globals::kSize);
+    mutable_parameter_block_sizes()->push_back(6);
+    if (weight > 0.0) mutable_parameter_block_sizes()->push_back(6);
+  }
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    double up_m = parameters[0][Globals::kHeight] - (1.0 - weight_) * parameters[1][2];
+    if (weight_ > 0.0) up_m -= weight_ * parameters[2][2];
+    residuals[0] = scale_ * (up_m - error_m_);
+    if (!jacobians) return true;
+    const auto set = [&](int block, int size, int at, double by) {
+      if (!jacobians[block]) return;
+      std::fill_n(jacobians[block], size, 0.0);
+      jacobians[block][at] = scale_ * by;
+    };
+    set(0, Globals::kSize, Globals::kHeight, 1.0);
+    set(1, 6, 2, weight_ - 1.0);
+    if (weight_ > 0.0) set(2, 6, 2, -weight_);
+    return true;
+  }
+
+ private:
+  double scale_, error_m_, weight_;
+};
 
 /// (after - keep before) / sigma, element by element; without `before` a plain prior about `mean`.
 class LinkCost final : public ceres::CostFunction {
@@ -570,7 +708,7 @@ struct Adjustment::Linear {
 /// The Ceres problem, and its rows by what they assume.
 class Adjustment::Problem {
  public:
-  enum Kind { Ties, Knots, Delays, Jitters, Shared, First };
+  enum Kind { Ties, Knots, Delays, Jitters, Shared, Known, First };
 
   Problem(const Adjustment& adjustment, AdjustmentState& state)
       : adjustment_(adjustment), state_(state), blocks_(blocks_of(state)) {
@@ -579,6 +717,7 @@ class Adjustment::Problem {
     problem_ = std::make_unique<ceres::Problem>(options);
     used_.assign(static_cast<std::size_t>(blocks_.count()), 0);
     add_ties();
+    add_known();
     add_priors();
   }
 
@@ -688,6 +827,20 @@ class Adjustment::Problem {
       std::vector<int> blocks = blocks_of_frames({group.host, group.frame});
       auto* cost = new TieCost(adjustment_, group, blocks);
       add(cost, blocks, Ties);
+    }
+  }
+
+  void add_known() {
+    for (const KnownPoint& point : adjustment_.known_points) {
+      const std::vector<int> blocks = blocks_of_frames({point.frame});
+      add(new KnownPointCost(adjustment_, point, blocks), blocks, Known);
+    }
+    for (const KnownHeight& height : adjustment_.known_heights) {
+      if (!(height.robust > 0.0)) continue;
+      const auto [knot, weight] = adjustment_.knot_place(height.t_s);
+      std::vector<int> blocks{blocks_.globals(), knot};
+      if (weight > 0.0) blocks.push_back(knot + 1);
+      add(new KnownHeightCost(height, weight), blocks, Known);
     }
   }
 
@@ -874,6 +1027,10 @@ void Adjustment::forget_first(double walk_s) {
 }
 
 void Adjustment::look_at_residuals(bool first, bool forgiving) {
+  std::vector<double> height_residuals_m;
+  for (const KnownHeight& h : known_heights)
+    height_residuals_m.push_back(h.error_m - height_error_m(h.t_s, state));
+  weigh_heights(known_heights, height_residuals_m);
   std::vector<double> sizes;
   const Cameras now = cameras(state);
   for (TieGroup& group : groups)
@@ -1115,6 +1272,14 @@ Eigen::Matrix<double, 6, 6> Adjustment::solve_frame(int frame,
         normal += rows.transpose() * rows;
         right -= rows.transpose() * (scale * t->residual);
       }
+    }
+    for (const KnownPoint& point : known_points) {
+      if (point.frame != frame) continue;
+      const auto seen = see_known(point, state);
+      if (!seen) continue;
+      const Eigen::Matrix<double, 2, 7> rows = point.whiten * seen->by_camera * by;
+      normal += rows.transpose() * rows;
+      right -= rows.transpose() * (point.whiten * seen->residual_px);
     }
     const Vector7 move = normal.ldlt().solve(right);
     extra += move.head<6>();

@@ -11,10 +11,12 @@
 /// The camera of frame i, with the navigation p, A (reference), G (gimbal) at its time t:
 ///   t       = base - D(base) - j_i                 D: mean delay, slow; j: per frame
 ///   R       = exp(θ) A(t) exp(β) G(t - τ) R_m exp(μ)
-///   p_c     = p(t) + ε + exp(θ) A exp(β) G (l + λ) - h e_z
+///   p_c     = p(t) + ε + o + exp(θ) A exp(β) G (l + λ) - h e_z
 /// ε, θ: errors of the navigation, first-order Gauss-Markov at knots, linear between them; μ, λ:
 /// mount; β, τ: encoder offset and latency of a gimbal; h: height of the camera above what sea
-/// level and navigation say. Rows of a rolling shutter are displaced by the camera's own motion.
+/// level and navigation say; o: north and east by which the whole navigation is off. Both are seen
+/// only by what is known from outside (known_points.hpp). Rows of a rolling shutter are displaced
+/// by the camera's own motion.
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <array>
@@ -22,6 +24,7 @@
 #include <optional>
 #include <vector>
 
+#include "watersky/align/detail/known_points.hpp"
 #include "watersky/align/detail/navigation.hpp"
 
 namespace watersky::align {
@@ -62,7 +65,7 @@ struct TieGroup {
 /// What all frames share.
 struct Globals {
   static constexpr int kMount = 0, kLever = 3, kFocal = 6, kHeight = 7, kEncoder = 8, kLatency = 11,
-                       kDrift = 12, kSize = 14;
+                       kDrift = 12, kOffset = 14, kSize = 16;
   using Vector = Eigen::Matrix<double, kSize, 1>;
 };
 
@@ -139,6 +142,8 @@ class Adjustment {
   std::vector<double> knot_times_s;
   std::vector<double> delay_knot_times_s;  ///< of bases; one: a constant
   std::vector<TieGroup> groups;
+  std::vector<KnownPoint> known_points;
+  std::vector<KnownHeight> known_heights;
   AdjustmentPriors priors;
   std::optional<FirstFramePrior> before_first;
   AdjustmentState state;
@@ -183,6 +188,16 @@ class Adjustment {
   /// Distance on the sea between the two frames' ideas of a tie's place, m.
   [[nodiscard]] std::optional<double> disagreement_m(const TieGroup& group, const Tie& tie,
                                                      const Cameras& cameras) const;
+  /// An anchor as a frame should see it.
+  struct SeenPoint {
+    Eigen::Vector2d residual_px;  ///< less where it was seen
+    Eigen::Matrix<double, 2, 3> by_point;
+    Eigen::Matrix<double, 2, 6> by_camera;  ///< position, then left rotation
+  };
+  [[nodiscard]] std::optional<SeenPoint> see_known(const KnownPoint& point,
+                                                   const AdjustmentState& s) const;
+  /// How much higher than the navigation says the body is at a time.
+  [[nodiscard]] double height_error_m(double t_s, const AdjustmentState& s) const;
   /// Times between a tie's frames, for moving ice.
   [[nodiscard]] double time_s(int frame, const AdjustmentState& s) const;
 
@@ -196,13 +211,20 @@ class Adjustment {
 
  private:
   friend class TieCost;
+  friend class KnownPointCost;
   struct Slot;
   struct Evaluated;
   class Problem;
   struct Linear;
   [[nodiscard]] double log_evidence(const Linear& linear) const;
   [[nodiscard]] std::pair<int, double> delay_place(double base_s) const;
+  [[nodiscard]] std::pair<int, double> knot_place(double t_s) const;
   void evaluate(int frame, const AdjustmentState& s, bool derivatives, Evaluated& out) const;
+  /// Which of a cost's blocks a camera's slots are.
+  [[nodiscard]] static std::array<std::size_t, 6> places(const Evaluated& camera,
+                                                         const std::vector<int>& blocks);
+  static void add_rows(const Evaluated& camera, const std::array<std::size_t, 6>& at,
+                       const Eigen::Matrix<double, 2, 6>& by, int row, double** jacobians);
   void look_at_residuals(bool first, bool forgiving);
   /// What `before_first` is of, in its order.
   [[nodiscard]] std::vector<int> first_blocks() const;

@@ -34,6 +34,8 @@ std::vector<Estimate> estimates_of(const Flight& flight, const Adjustment& adjus
   add("mount_z_m", "m", 1.0, lever.z(), Globals::kLever + 2);
   add("focal_scale", "1", 1.0, 1.0, Globals::kFocal);
   add("height_offset_m", "m", 1.0, 0.0, Globals::kHeight);
+  add("offset_north_m", "m", 1.0, 0.0, Globals::kOffset);
+  add("offset_east_m", "m", 1.0, 0.0, Globals::kOffset + 1);
   add("gimbal_base_roll_deg", "deg", kDegree, 0.0, Globals::kEncoder);
   add("gimbal_base_pitch_deg", "deg", kDegree, 0.0, Globals::kEncoder + 1);
   add("gimbal_base_yaw_deg", "deg", kDegree, 0.0, Globals::kEncoder + 2);

@@ -135,6 +135,25 @@ Status from_feet(Flight& flight, HeightZero zero) {
 
 namespace detail {
 
+/// A pixel of the stored image in the one that turned_back() makes of it.
+Pixel turned_back(const Pixel& px, int quarter_turns, int width_px, int height_px) {
+  switch ((quarter_turns % 4 + 4) % 4) {
+    case 1: return {px.v, height_px - 1 - px.u};
+    case 2: return {width_px - 1 - px.u, height_px - 1 - px.v};
+    case 3: return {width_px - 1 - px.v, px.u};
+    default: return px;
+  }
+}
+
+/// Anchors are marked in pixels as they are stored.
+void turn_marks_back(const MetadataFinding& finding, const std::string& frame, Flight& flight) {
+  for (Anchor& anchor : flight.anchors)
+    for (AnchorSighting& s : anchor.sightings)
+      if (s.frame == frame)
+        s.px = turned_back(s.px, finding.quarter_turns, flight.camera.width_px(),
+                           flight.camera.height_px());
+}
+
 Status apply(const MetadataFinding& finding, Flight& flight) {
   if (const AttitudeEdit edit = attitude_edit(finding)) return edit_attitudes(flight, edit);
   switch (finding.fault) {
@@ -143,8 +162,10 @@ Status apply(const MetadataFinding& finding, Flight& flight) {
         if (i >= flight.frames.size())
           return Error{ErrorCode::Usage, "the findings are those of another flight"};
         flight.frames[i].file.clear();  // its bytes are turned the other way
-        flight.frames[i].load = turned_back(std::move(flight.frames[i].load), finding.quarter_turns,
-                                            flight.camera.width_px(), flight.camera.height_px());
+        flight.frames[i].load =
+            watersky::turned_back(std::move(flight.frames[i].load), finding.quarter_turns,
+                                  flight.camera.width_px(), flight.camera.height_px());
+        turn_marks_back(finding, flight.frames[i].name, flight);
       }
       return {};
     case MetadataFault::CameraTurned:

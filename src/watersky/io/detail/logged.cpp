@@ -39,6 +39,8 @@ Result<RecordedFlight> flight_by_log(const fs::path& recording, const fs::path& 
         ErrorCode::NotFound,
         log_file.string() + ": attitude and position never overlap in time, so there is no pose"};
 
+  flight.ranges = std::move(log.ranges);
+
   if (!log.gimbal.empty()) {
     flight.gimbal_reference = GimbalReference::NorthEastDown;
     WATERSKY_TRY(flight.gimbal, RotationTrack::make(std::move(log.gimbal)));

@@ -35,7 +35,8 @@ enum class Stream : std::uint64_t {
   Noise,
   Mount,
   Link,
-  Patches
+  Patches,
+  KnownPoints
 };
 
 /// xoshiro256++ (Blackman, Vigna 2019).
