@@ -83,7 +83,9 @@ class Aligner {
   void set_knots(const std::vector<int>& keyframes);
   void find_start();
   void solve(bool variances);
+  void dbg(const char* what) const;
   void choose_navigation_sigma();
+  void choose_correlation();
   void find_regular_clock();
   /// What an idea changes, to come back to when it was not the better one.
   struct Snapshot {
@@ -346,7 +348,7 @@ Status Aligner::track(std::size_t most) {
       made->held_out = s.track % kHeldOut == kHeldOut - 1;
       const auto [found, is_new] =
           group_of.try_emplace({s.host, frame}, adjustment_->groups.size());
-      if (is_new) adjustment_->groups.push_back({s.host, frame, false, {}});
+      if (is_new) adjustment_->groups.push_back({s.host, frame, false, 1.0, false, {}});
       adjustment_->groups[found->second].ties.push_back(*made);
       ++out_.sightings;
     }
@@ -428,6 +430,31 @@ void Aligner::choose_navigation_sigma() {
     solve(false);
     find_regular_clock();
     const double evidence = adjustment_->log_evidence();
+    if (getenv("DBG")) {
+      dbg("idea");
+      fprintf(stderr, "scale %g evidence %g\n", scale, evidence);
+    }
+    if (evidence > best) {
+      best = evidence;
+      best_found = snapshot();
+    }
+  }
+  restore(best_found);
+}
+
+/// Errors that wander within seconds, as an attitude filter's indoors, look like large slow ones,
+/// which would leave the mount and the height too free: the evidence tells them apart. Leaves the
+/// adjustment solved with its variances.
+void Aligner::choose_correlation() {
+  const Snapshot start = snapshot();
+  double best = -std::numeric_limits<double>::infinity();
+  Snapshot best_found = start;
+  for (const auto& [position_s, attitude_s] : kCorrelationIdeas_s) {
+    restore(start);
+    adjustment_->priors.position_correlation_s = position_s;
+    adjustment_->priors.attitude_correlation_s = attitude_s;
+    solve(true);
+    const double evidence = adjustment_->log_evidence();
     if (evidence > best) {
       best = evidence;
       best_found = snapshot();
@@ -502,6 +529,23 @@ void Aligner::restore(const Snapshot& s) {
   clock_note_ = s.clock_note;
 }
 
+void Aligner::dbg(const char* what) const {
+  const auto& a = *adjustment_;
+  fprintf(stderr, "%s: tie %.3f knot %.4g %.4g jit %.4g delay", what, a.priors.tie,
+          a.priors.knot[0], a.priors.knot[3], a.priors.jitter_s);
+  for (double d : a.state.delay_s) fprintf(stderr, " %.4f", d);
+  double kp = 0, ka = 0;
+  for (auto& k : a.state.knots) {
+    kp += k[0] * k[0] + k[1] * k[1] + k[2] * k[2];
+    ka += k[3] * k[3] + k[4] * k[4] + k[5] * k[5];
+  }
+  const double n = 3.0 * a.state.knots.size();
+  fprintf(stderr, " knots %zu rms %.4g %.4g globals", a.state.knots.size(), std::sqrt(kp / n),
+          std::sqrt(ka / n));
+  for (int k = 0; k < 8; ++k) fprintf(stderr, " %.4f", a.state.globals[k]);
+  fprintf(stderr, "\n");
+}
+
 void Aligner::solve(bool variances) {
   AdjustmentOptions o;
   o.rounds = 4;
@@ -509,6 +553,10 @@ void Aligner::solve(bool variances) {
   o.threads = options_.threads;
   const double started = thread_cpu_s();
   adjustment_->solve(o);
+  if (getenv("DBG")) {
+    dbg(variances ? "solve var" : "solve");
+    fprintf(stderr, "evidence %.1f\n", adjustment_->log_evidence());
+  }
   out_.solving_s += thread_cpu_s() - started;
 }
 
@@ -592,7 +640,7 @@ void Aligner::revisit() {
     out_.tracking_s += thread_cpu_s() - started;
     const Eigen::Matrix2d revisit_covariance =
         Eigen::Matrix2d::Identity() * std::pow(kRevisit_px * b->reduction, 2);
-    TieGroup group{pair.a, pair.b, true, {}};
+    TieGroup group{pair.a, pair.b, true, 1.0, false, {}};
     int at = 0;
     for (const PixelPair& p : found) {
       if (!may_use(p.a) || !may_use(p.b)) continue;
@@ -904,7 +952,7 @@ Result<Alignment> Aligner::run() {
       set_navigation_priors(adjustment_->priors, navigation_->typical_sigma(), height_m_);
       choose_navigation_sigma();
     }
-    solve(true);
+    choose_correlation();
     find_regular_clock();
     report(progress_, "adjusting", 1, 3);
     revisit();

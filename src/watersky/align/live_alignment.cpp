@@ -308,7 +308,7 @@ void LiveAligner::Impl::see(int index, int number, Waiting& waiting, Tracker::St
     made->track = s.track;
     made->held_out = s.track % kHeldOut == kHeldOut - 1;
     const auto [found, is_new] = group_of.try_emplace(host->second, groups.size());
-    if (is_new) groups.push_back({host->second, index, false, {}});
+    if (is_new) groups.push_back({host->second, index, false, 1.0, false, {}});
     groups[found->second].ties.push_back(*made);
     ++sightings_;
   }

@@ -491,8 +491,8 @@ class TieCost final : public ceres::CostFunction {
     for (const Tie& tie : group_->ties) {
       if (tie.held_out) continue;
       const Eigen::Matrix2d scale = adjustment_->focal_px() /
-                                    (adjustment_->priors.tie * tie.scale) * std::sqrt(tie.robust) *
-                                    tie.whiten;
+                                    (adjustment_->priors.tie * tie.scale * group_->scale) *
+                                    std::sqrt(tie.robust) * tie.whiten;
       const auto t = transfer(host.camera.at_row(tie.host_row, adjustment_->readout_s()),
                               frame.camera.at_row(tie.frame_row, adjustment_->readout_s()),
                               tie.host, tie.frame, focal, drift, elapsed_s);
@@ -821,8 +821,8 @@ class Adjustment::Problem {
 
   void add_ties() {
     for (const TieGroup& group : adjustment_.groups) {
-      if (std::all_of(group.ties.begin(), group.ties.end(),
-                      [](const Tie& t) { return t.held_out; }))
+      if (group.astray || std::all_of(group.ties.begin(), group.ties.end(),
+                                      [](const Tie& t) { return t.held_out; }))
         continue;
       std::vector<int> blocks = blocks_of_frames({group.host, group.frame});
       auto* cost = new TieCost(adjustment_, group, blocks);
@@ -1045,6 +1045,31 @@ void Adjustment::look_at_residuals(bool first, bool forgiving) {
     std::nth_element(v.begin(), middle, v.end());
     return *middle;
   };
+  std::vector<double> at_knots, between;
+  const auto is_between = [this](const TieGroup& g) {
+    return frames[static_cast<std::size_t>(g.host)].weight > 0.0 ||
+           frames[static_cast<std::size_t>(g.frame)].weight > 0.0;
+  };
+  for (const TieGroup& group : groups)
+    for (const Tie& tie : group.ties)
+      if (tie.robust >= 0.0 && !tie.held_out)
+        (is_between(group) ? between : at_knots).push_back(tie.robust);
+  constexpr std::size_t kEnough = 20;
+  constexpr double kMostApart = 1.5;
+  const double apart =
+      at_knots.size() < kEnough || between.size() < kEnough
+          ? 1.0
+          : std::clamp(middle_of(between) / std::max(1e-3, middle_of(at_knots)), 1.0, 100.0);
+  sizes.clear();
+  for (TieGroup& group : groups) {
+    group.scale = is_between(group) ? apart : 1.0;
+    group.astray = group.scale > kMostApart;
+    for (Tie& tie : group.ties) {
+      if (tie.robust < 0.0) continue;
+      tie.robust /= group.scale;
+      if (!tie.held_out) sizes.push_back(tie.robust);
+    }
+  }
   // Places differ: the corner of a floe is found to a tenth of what a smudge is. Each is weighed by
   // its own residuals, drawn towards those of all where there are few.
   const double all = std::max(1e-3, middle_of(sizes));
@@ -1104,9 +1129,9 @@ double Adjustment::log_evidence(const Linear& linear_at) const {
     for (const Tie& tie : group.ties) {
       if (tie.held_out) continue;
       const auto r = residual_px(group, tie, now);
-      const double x2 =
-          r ? (tie.whiten * *r).squaredNorm() / std::pow(3.0 * priors.tie * tie.scale, 2) : 1e4;
-      sum -= 4.5 * std::log1p(x2) + 2.0 * std::log(priors.tie * tie.scale);
+      const double sigma = priors.tie * tie.scale * group.scale;
+      const double x2 = r ? (tie.whiten * *r).squaredNorm() / std::pow(3.0 * sigma, 2) : 1e4;
+      sum -= 4.5 * std::log1p(x2) + 2.0 * std::log(sigma);
     }
   for (std::size_t r = 0; r < linear->kind.size(); ++r)
     if (linear->kind[r] != Problem::Ties) {

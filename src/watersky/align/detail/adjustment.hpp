@@ -59,6 +59,13 @@ struct Tie {
 struct TieGroup {
   int host = 0, frame = 0;
   bool revisit = false;  ///< not neighbours in time
+  /// Of its residuals over those between frames at knots: what the navigation's errors do between
+  /// knots no tie can be held to. From the last look at them.
+  double scale = 1.0;
+  /// They are so much larger that the errors between knots are what they show. Those err on the
+  /// sea, so a greater height would make them smaller in the picture: such a group takes no part
+  /// but in solve_frames().
+  bool astray = false;
   std::vector<Tie> ties;
 };
 
@@ -83,12 +90,12 @@ struct AdjustmentPriors {
   /// Residuals may make `knot` no larger: poses so bad are not what moves.
   Eigen::Matrix<double, 6, 1> knot_most =
       Eigen::Matrix<double, 6, 1>::Constant(std::numeric_limits<double>::infinity());
-  double position_correlation_s = 30.0, attitude_correlation_s = 10.0;
-  Globals::Vector globals = Globals::Vector::Zero();  ///< 0: fixed
-  double delay_s = 0.1;                               ///< of the first delay knot about its start
-  double delay_walk_s = 0.004;                        ///< per root second
-  double jitter_s = 0.0;                              ///< 0: none
-  double tie = 1.0;                                   ///< of a whitened residual
+  double position_correlation_s = 30.0, attitude_correlation_s = 10.0;  ///< of Gauss-Markov errors
+  Globals::Vector globals = Globals::Vector::Zero();                    ///< 0: fixed
+  double delay_s = 0.1;         ///< of the first delay knot about its start
+  double delay_walk_s = 0.004;  ///< per root second
+  double jitter_s = 0.0;        ///< 0: none
+  double tie = 1.0;             ///< of a whitened residual
 };
 
 /// What all that came before the first frame has told, in place of the priors on what it touches:

@@ -84,7 +84,7 @@ struct Case {
     std::uniform_real_distribution<double> u(-0.42, 0.42), v(-0.34, 0.34);
     for (int f = 1; f < 120; ++f)
       for (int h = std::max(0, f - 4); h < f; ++h) {
-        TieGroup group{h, f, false, {}};
+        TieGroup group{h, f, false, 1.0, false, {}};
         for (int n = 0; n < 12; ++n) {
           const Eigen::Vector2d host(u(random), v(random));
           const double host_row = host.y() * kFocal_px / 512.0;

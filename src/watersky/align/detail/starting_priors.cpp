@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <tuple>
 
 namespace watersky::align {
 
@@ -33,6 +34,8 @@ void set_navigation_priors(AdjustmentPriors& priors, const PoseSigma& said, doub
 AdjustmentPriors starting_priors(const Flight& flight, const AlignParameters& p,
                                  const PoseSigma& said, double height_m) {
   AdjustmentPriors priors;
+  std::tie(priors.position_correlation_s, priors.attitude_correlation_s) =
+      kCorrelationIdeas_s.front();
   set_navigation_priors(priors, said, height_m);
   Globals::Vector& g = priors.globals;
   g.segment<3>(Globals::kMount)

@@ -2,6 +2,7 @@
 #pragma once
 /// What is assumed before any image was looked at.
 #include <array>
+#include <utility>
 
 #include "watersky/align/alignment.hpp"
 #include "watersky/align/detail/adjustment.hpp"
@@ -11,6 +12,10 @@ namespace watersky::align {
 /// Shares of the sigmas that are assumed of poses which say nothing of them: how good they are is
 /// tried, as exact poses under uneven times look like bad poses under even ones.
 constexpr std::array<double, 3> kNavigationIdeas{1.0, 0.2, 0.03};
+
+/// Correlation times of positions' and attitudes' errors, s, that are tried: satellite navigation
+/// with an attitude filter, the default, and what wanders within seconds.
+constexpr std::array<std::pair<double, double>, 2> kCorrelationIdeas_s{{{30.0, 10.0}, {2.0, 2.0}}};
 
 /// Sigmas of the recorded poses' errors: as said, or, where that is zero, a share of the height and
 /// half a degree.
