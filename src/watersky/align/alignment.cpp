@@ -39,6 +39,11 @@ constexpr double kClockWalk_s = 1e-4;
 constexpr std::size_t kFirstLook = 300;  ///< frames
 constexpr int kRevisitPoints = 30;
 constexpr double kRevisit_px = 0.2;  ///< one sigma of a place found again, reduced pixels
+/// The recorded turning over its error, both as variances, from which on it is believed to tell.
+constexpr double kLeastExcitation = 2.0;
+constexpr double kHeldDelay_s = 1e-5;
+/// An estimate this many times its prior sigma away from what was given is not believed.
+constexpr double kMostPriorSigmas = 4.0;
 /// Places along edges slide: they tie across the edge, and cannot judge.
 constexpr double kJudge_px = 0.7;
 /// What satellite navigation as a whole may be off by where the recording does not say, m.
@@ -99,6 +104,7 @@ class Aligner {
   [[nodiscard]] Snapshot snapshot() const;
   void restore(const Snapshot& s);
   void freeze_unobserved();
+  void hold_what_nothing_tells();
   void use_anchors();
   void say_anchors(const AnchorChoice& choice);
   [[nodiscard]] double known_disagreement_m() const;
@@ -560,6 +566,27 @@ void Aligner::solve(bool variances) {
   out_.solving_s += thread_cpu_s() - started;
 }
 
+/// Where the camera hardly turns, most of the turning that the navigation reports is its own error.
+/// What lessens the effect of turns in the picture (a mount far off, a long lever arm) would then
+/// explain best why the picture shows none of it. So all that only turns can tell stays as given.
+void Aligner::hold_what_nothing_tells() {
+  auto& a = *adjustment_;
+  const Excitation turning = excitation_of(a);
+  if (turning.recorded_rad2 > kLeastExcitation * turning.error_rad2) return;
+  a.priors.globals.segment<3>(Globals::kMount).setZero();
+  a.priors.globals.segment<3>(Globals::kLever).setZero();
+  a.priors.delay_s = a.priors.delay_walk_s = kHeldDelay_s;
+  a.delay_start_s = given_delay_s_;
+  a.reset();
+  constexpr double kDegree = 180 / std::numbers::pi;
+  out_.notes.push_back(
+      text("The recorded attitude varies by %.2f°, and most of that (%.2f°) is its own error: so "
+           "little turning tells neither the mount nor %s, which stay as they were given.",
+           kDegree * std::sqrt(turning.recorded_rad2), kDegree * std::sqrt(turning.error_rad2),
+           delayed_ ? "the delay" : "the lever arm"));
+  choose_navigation_sigma();
+}
+
 /// What has not become twice as well known as it was stays as given: what moves it then is what
 /// the model does not know, not what the images show.
 void Aligner::freeze_unobserved() {
@@ -568,7 +595,8 @@ void Aligner::freeze_unobserved() {
   auto& prior = adjustment_->priors.globals;
   bool frozen = false;
   for (int k = 0; k < Globals::kSize; ++k)
-    if (prior[k] > 0.0 && known->globals_sigma[k] > 0.5 * prior[k]) {
+    if (prior[k] > 0.0 && (known->globals_sigma[k] > 0.5 * prior[k] ||
+                           std::abs(adjustment_->state.globals[k]) > kMostPriorSigmas * prior[k])) {
       prior[k] = 0.0;
       adjustment_->state.globals[k] = 0.0;
       frozen = true;
@@ -939,6 +967,7 @@ Result<Alignment> Aligner::run() {
   if (!adjustment_->groups.empty()) {
     report(progress_, "adjusting", 0, 3);
     choose_navigation_sigma();
+    hold_what_nothing_tells();
     if (delayed_) {
       // Now that time is known windows can be laid right.
       const AdjustmentState told = adjustment_->state;

@@ -1026,6 +1026,37 @@ void Adjustment::forget_first(double walk_s) {
   for (TieGroup& g : groups) --g.host, --g.frame;
 }
 
+NavigationSample Adjustment::recorded(int index) const {
+  const AdjustedFrame& frame = frames[static_cast<std::size_t>(index)];
+  return frame.own ? *frame.own
+                   : navigation_->at(time_s(index, state), state.globals[Globals::kLatency]);
+}
+
+Excitation excitation_of(const Adjustment& adjustment) {
+  const auto spread = [](const std::vector<Eigen::Vector3d>& turns) {
+    if (turns.empty()) return 0.0;
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (const Eigen::Vector3d& t : turns) mean += t / static_cast<double>(turns.size());
+    double sum = 0.0;
+    for (const Eigen::Vector3d& t : turns)
+      sum += (t - mean).squaredNorm() / static_cast<double>(turns.size());
+    return sum;
+  };
+  std::vector<Eigen::Vector3d> recorded, errors;
+  std::optional<Eigen::Quaterniond> first;
+  for (std::size_t i = 0; i < adjustment.frames.size(); ++i) {
+    const AdjustedFrame& frame = adjustment.frames[i];
+    if (frame.weight > 0.0) continue;
+    const NavigationSample nav = adjustment.recorded(static_cast<int>(i));
+    const Eigen::Quaterniond platform = nav.reference * nav.gimbal;
+    if (!first) first = platform;
+    recorded.push_back(log_rotation(platform * first->conjugate()));
+    const auto& knot = adjustment.state.knots[static_cast<std::size_t>(frame.knot)];
+    errors.emplace_back(knot[3], knot[4], knot[5]);
+  }
+  return {spread(recorded), spread(errors)};
+}
+
 void Adjustment::look_at_residuals(bool first, bool forgiving) {
   std::vector<double> height_residuals_m;
   for (const KnownHeight& h : known_heights)

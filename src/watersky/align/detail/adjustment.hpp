@@ -212,6 +212,8 @@ class Adjustment {
   class Knowledge;
   [[nodiscard]] std::optional<Knowledge> knowledge() const;
 
+  /// The camera's platform by the navigation alone, at a frame's time.
+  [[nodiscard]] NavigationSample recorded(int frame) const;
   [[nodiscard]] const Mount& mount() const { return mount_; }
   [[nodiscard]] double focal_px() const { return focal_px_; }
   [[nodiscard]] double readout_s() const { return readout_s_; }
@@ -241,6 +243,13 @@ class Adjustment {
   double focal_px_;
   double readout_s_;
 };
+
+/// How much the camera turned by the navigation, about its mean attitude at the knots, and how much
+/// of that the adjustment took for error: variances of all three axes together.
+struct Excitation {
+  double recorded_rad2 = 0.0, error_rad2 = 0.0;
+};
+[[nodiscard]] Excitation excitation_of(const Adjustment& adjustment);
 
 /// Covariances of an adjustment's state by its normal equations.
 class Adjustment::Knowledge {
