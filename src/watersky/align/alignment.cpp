@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <deque>
+#include <functional>
 #include <future>
 #include <limits>
 #include <map>
@@ -40,10 +41,13 @@ constexpr std::size_t kFirstLook = 300;  ///< frames
 constexpr int kRevisitPoints = 30;
 constexpr double kRevisit_px = 0.2;  ///< one sigma of a place found again, reduced pixels
 /// The recorded turning over its error, both as variances, from which on it is believed to tell.
-constexpr double kLeastExcitation = 2.0;
+constexpr double kLeastExcitation = 4.0;
 constexpr double kHeldDelay_s = 1e-5;
 /// An estimate this many times its prior sigma away from what was given is not believed.
 constexpr double kMostPriorSigmas = 4.0;
+/// Errors of poses that are together this many times the sigma that explains their steps are
+/// drawn aside by what the model does not know.
+constexpr double kMostRunaway = 3.0;
 /// Places along edges slide: they tie across the edge, and cannot judge.
 constexpr double kJudge_px = 0.7;
 /// What satellite navigation as a whole may be off by where the recording does not say, m.
@@ -88,9 +92,10 @@ class Aligner {
   void set_knots(const std::vector<int>& keyframes);
   void find_start();
   void solve(bool variances);
-  void dbg(const char* what) const;
   void choose_navigation_sigma();
   void choose_correlation();
+  void choose(const std::vector<std::function<void()>>& ideas);
+  [[nodiscard]] bool run_away() const;
   void find_regular_clock();
   /// What an idea changes, to come back to when it was not the better one.
   struct Snapshot {
@@ -426,47 +431,56 @@ void Aligner::choose_navigation_sigma() {
   const PoseSigma& said = navigation_->typical_sigma();
   const bool known =
       said.position_north_east_down_m.norm() > 0 && said.roll_pitch_yaw_rad.norm() > 0;
-  const Snapshot start = snapshot();
-  double best = -std::numeric_limits<double>::infinity();
-  Snapshot best_found = start;
-  for (const double scale : kNavigationIdeas) {
-    if (known && scale != 1.0) continue;
-    restore(start);
-    adjustment_->priors.knot *= scale;
-    solve(false);
-    find_regular_clock();
-    const double evidence = adjustment_->log_evidence();
-    if (getenv("DBG")) {
-      dbg("idea");
-      fprintf(stderr, "scale %g evidence %g\n", scale, evidence);
-    }
-    if (evidence > best) {
-      best = evidence;
-      best_found = snapshot();
-    }
-  }
-  restore(best_found);
+  std::vector<std::function<void()>> ideas;
+  for (const double scale : kNavigationIdeas)
+    if (!known || scale == 1.0)
+      ideas.emplace_back([this, scale] {
+        adjustment_->priors.knot *= scale;
+        solve(false);
+        find_regular_clock();
+      });
+  choose(ideas);
 }
 
 /// Errors that wander within seconds, as an attitude filter's indoors, look like large slow ones,
 /// which would leave the mount and the height too free: the evidence tells them apart. Leaves the
 /// adjustment solved with its variances.
 void Aligner::choose_correlation() {
+  std::vector<std::function<void()>> ideas;
+  for (const auto& [position_s, attitude_s] : kCorrelationIdeas_s)
+    ideas.emplace_back([this, position = position_s, attitude = attitude_s] {
+      adjustment_->priors.position_correlation_s = position;
+      adjustment_->priors.attitude_correlation_s = attitude;
+      solve(true);
+    });
+  choose(ideas);
+}
+
+/// The idea with the most evidence; one whose errors of poses have run away only for want of
+/// another.
+void Aligner::choose(const std::vector<std::function<void()>>& ideas) {
   const Snapshot start = snapshot();
-  double best = -std::numeric_limits<double>::infinity();
+  std::pair<bool, double> best{false, -std::numeric_limits<double>::infinity()};
   Snapshot best_found = start;
-  for (const auto& [position_s, attitude_s] : kCorrelationIdeas_s) {
+  for (const auto& idea : ideas) {
     restore(start);
-    adjustment_->priors.position_correlation_s = position_s;
-    adjustment_->priors.attitude_correlation_s = attitude_s;
-    solve(true);
-    const double evidence = adjustment_->log_evidence();
-    if (evidence > best) {
-      best = evidence;
+    idea();
+    const std::pair<bool, double> now{!run_away(), adjustment_->log_evidence()};
+    if (now > best) {
+      best = now;
       best_found = snapshot();
     }
   }
   restore(best_found);
+}
+
+bool Aligner::run_away() const {
+  const auto& a = *adjustment_;
+  Eigen::Matrix<double, 6, 1> square = Eigen::Matrix<double, 6, 1>::Zero();
+  for (const auto& knot : a.state.knots)
+    square += Eigen::Map<const Eigen::Matrix<double, 6, 1>>(knot.data()).cwiseAbs2() /
+              static_cast<double>(a.state.knots.size());
+  return (square.array() > (kMostRunaway * a.priors.knot.array()).square()).any();
 }
 
 /// A camera runs evenly even where nothing counts its frames. Once the images have told when most
@@ -535,23 +549,6 @@ void Aligner::restore(const Snapshot& s) {
   clock_note_ = s.clock_note;
 }
 
-void Aligner::dbg(const char* what) const {
-  const auto& a = *adjustment_;
-  fprintf(stderr, "%s: tie %.3f knot %.4g %.4g jit %.4g delay", what, a.priors.tie,
-          a.priors.knot[0], a.priors.knot[3], a.priors.jitter_s);
-  for (double d : a.state.delay_s) fprintf(stderr, " %.4f", d);
-  double kp = 0, ka = 0;
-  for (auto& k : a.state.knots) {
-    kp += k[0] * k[0] + k[1] * k[1] + k[2] * k[2];
-    ka += k[3] * k[3] + k[4] * k[4] + k[5] * k[5];
-  }
-  const double n = 3.0 * a.state.knots.size();
-  fprintf(stderr, " knots %zu rms %.4g %.4g globals", a.state.knots.size(), std::sqrt(kp / n),
-          std::sqrt(ka / n));
-  for (int k = 0; k < 8; ++k) fprintf(stderr, " %.4f", a.state.globals[k]);
-  fprintf(stderr, "\n");
-}
-
 void Aligner::solve(bool variances) {
   AdjustmentOptions o;
   o.rounds = 4;
@@ -559,10 +556,6 @@ void Aligner::solve(bool variances) {
   o.threads = options_.threads;
   const double started = thread_cpu_s();
   adjustment_->solve(o);
-  if (getenv("DBG")) {
-    dbg(variances ? "solve var" : "solve");
-    fprintf(stderr, "evidence %.1f\n", adjustment_->log_evidence());
-  }
   out_.solving_s += thread_cpu_s() - started;
 }
 
