@@ -40,9 +40,6 @@ constexpr double kClockWalk_s = 1e-4;
 constexpr std::size_t kFirstLook = 300;  ///< frames
 constexpr int kRevisitPoints = 30;
 constexpr double kRevisit_px = 0.2;  ///< one sigma of a place found again, reduced pixels
-/// The recorded turning over its error, both as variances, from which on it is believed to tell.
-constexpr double kLeastExcitation = 4.0;
-constexpr double kHeldDelay_s = 1e-5;
 /// An estimate this many times its prior sigma away from what was given is not believed.
 constexpr double kMostPriorSigmas = 4.0;
 /// Errors of poses that are together this many times the sigma that explains their steps are
@@ -563,19 +560,14 @@ void Aligner::solve(bool variances) {
 /// What lessens the effect of turns in the picture (a mount far off, a long lever arm) would then
 /// explain best why the picture shows none of it. So all that only turns can tell stays as given.
 void Aligner::hold_what_nothing_tells() {
-  auto& a = *adjustment_;
-  const Excitation turning = excitation_of(a);
-  if (turning.recorded_rad2 > kLeastExcitation * turning.error_rad2) return;
-  a.priors.globals.segment<3>(Globals::kMount).setZero();
-  a.priors.globals.segment<3>(Globals::kLever).setZero();
-  a.priors.delay_s = a.priors.delay_walk_s = kHeldDelay_s;
-  a.delay_start_s = given_delay_s_;
-  a.reset();
+  const Excitation turning = excitation_of(*adjustment_);
+  if (turning.tells()) return;
+  hold_for_want_of_turns(*adjustment_, given_delay_s_);
   constexpr double kDegree = 180 / std::numbers::pi;
   out_.notes.push_back(
       text("The recorded attitude varies by %.2f°, and most of that (%.2f°) is its own error: so "
            "little turning tells neither the mount nor %s, which stay as they were given.",
-           kDegree * std::sqrt(turning.recorded_rad2), kDegree * std::sqrt(turning.error_rad2),
+           kDegree * std::sqrt(turning.recorded_rad2()), kDegree * std::sqrt(turning.error_rad2()),
            delayed_ ? "the delay" : "the lever arm"));
   choose_navigation_sigma();
 }

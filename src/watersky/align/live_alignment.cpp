@@ -111,6 +111,7 @@ class LiveAligner::Impl {
            std::vector<TieGroup>& groups);
   void keyframe(std::vector<TieGroup> groups);
   void begin();
+  void release();
   void solve_window(bool cold, bool variances);
   void judge();
   Result<AlignedFrame> write(int index, const Waiting& waiting, const Matrix6& own);
@@ -139,6 +140,9 @@ class LiveAligner::Impl {
   int next_number_ = 0;
   std::optional<ModelCamera> previous_;
   bool delayed_ = false, started_ = false;
+  bool held_ = false;  ///< mount and delay, until the camera has turned
+  double free_delay_sigma_s_ = 0.0;
+  Excitation turning_;
   std::optional<Adjustment::Knowledge> known_;
   Lately full_, constant_, given_;
   AlignMethod method_ = AlignMethod::AsGiven;
@@ -191,11 +195,13 @@ void LiveAligner::Impl::rebase() {
     if (w.frame.delayed) w.frame.base_s = clock_.base_s(w.received_s, w.stamps.counter);
   const bool was_uneven = a.priors.jitter_s > 0.0;
   a.priors.jitter_s = clock_.jitter_s();
-  a.priors.delay_walk_s = clock_.regular()
-                              ? std::min(options_.parameters.delay_walk_s, kClockWalk_s)
-                              : options_.parameters.delay_walk_s;
+  if (!held_)
+    a.priors.delay_walk_s = clock_.regular()
+                                ? std::min(options_.parameters.delay_walk_s, kClockWalk_s)
+                                : options_.parameters.delay_walk_s;
   if (!started_) return;
   for (double& d : a.state.delay_s) d += shift;
+  a.delay_start_s += shift;
   if (was_uneven != (a.priors.jitter_s > 0.0)) {
     a.before_first.reset();  // it is of other unknowns
     std::fill(a.state.jitter_s.begin(), a.state.jitter_s.end(), 0.0);
@@ -413,6 +419,8 @@ void LiveAligner::Impl::keyframe(std::vector<TieGroup> groups) {
   if (!started_) {
     begin();
   } else {
+    turning_.add(a, static_cast<int>(a.frames.size()) - 1);
+    if (held_ && turning_.tells()) release();
     solve_window(false, keyframes_ % kVariancesEvery == 0);
   }
   if (started_) judge();
@@ -462,7 +470,32 @@ void LiveAligner::Impl::begin() {
   }
   a.state = best_state;
   a.priors = best_priors;
+  for (std::size_t i = 0; i < a.frames.size(); ++i) turning_.add(a, static_cast<int>(i));
+  if (!turning_.tells()) {
+    held_ = true;
+    const Eigen::Matrix<double, 6, 1> sigma = a.priors.knot;
+    const double delay_s = delayed_ ? a.delay_start_s : 0.0;
+    a.priors = priors;
+    a.priors.knot = sigma;
+    free_delay_sigma_s_ = a.priors.delay_s;
+    hold_for_want_of_turns(a, delay_s);
+    solve_window(true, false);
+  }
   solve_window(false, false);
+}
+
+/// The camera has turned enough to tell the mount and the delay.
+void LiveAligner::Impl::release() {
+  Adjustment& a = *adjustment_;
+  held_ = false;
+  a.priors.globals = globals_before_;
+  a.priors.delay_s = free_delay_sigma_s_;
+  a.priors.delay_walk_s = clock_.regular()
+                              ? std::min(options_.parameters.delay_walk_s, kClockWalk_s)
+                              : options_.parameters.delay_walk_s;
+  if (!a.state.delay_s.empty()) a.delay_start_s = a.state.delay_s.front();
+  a.before_first.reset();  // it is of fewer unknowns
+  solve_window(true, false);
 }
 
 void LiveAligner::Impl::solve_window(bool cold, bool variances) {

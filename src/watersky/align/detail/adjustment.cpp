@@ -1032,29 +1032,36 @@ NavigationSample Adjustment::recorded(int index) const {
                    : navigation_->at(time_s(index, state), state.globals[Globals::kLatency]);
 }
 
-Excitation excitation_of(const Adjustment& adjustment) {
-  const auto spread = [](const std::vector<Eigen::Vector3d>& turns) {
-    if (turns.empty()) return 0.0;
-    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
-    for (const Eigen::Vector3d& t : turns) mean += t / static_cast<double>(turns.size());
-    double sum = 0.0;
-    for (const Eigen::Vector3d& t : turns)
-      sum += (t - mean).squaredNorm() / static_cast<double>(turns.size());
-    return sum;
+void Excitation::add(const Adjustment& adjustment, int frame) {
+  const NavigationSample nav = adjustment.recorded(frame);
+  const Eigen::Quaterniond platform = nav.reference * nav.gimbal;
+  if (!first_) first_ = platform;
+  const auto& knot =
+      adjustment.state
+          .knots[static_cast<std::size_t>(adjustment.frames[static_cast<std::size_t>(frame)].knot)];
+  const auto count = [](Sums& s, const Eigen::Vector3d& turn) {
+    s.n += 1.0;
+    s.sum += turn;
+    s.square += turn.squaredNorm();
   };
-  std::vector<Eigen::Vector3d> recorded, errors;
-  std::optional<Eigen::Quaterniond> first;
-  for (std::size_t i = 0; i < adjustment.frames.size(); ++i) {
-    const AdjustedFrame& frame = adjustment.frames[i];
-    if (frame.weight > 0.0) continue;
-    const NavigationSample nav = adjustment.recorded(static_cast<int>(i));
-    const Eigen::Quaterniond platform = nav.reference * nav.gimbal;
-    if (!first) first = platform;
-    recorded.push_back(log_rotation(platform * first->conjugate()));
-    const auto& knot = adjustment.state.knots[static_cast<std::size_t>(frame.knot)];
-    errors.emplace_back(knot[3], knot[4], knot[5]);
-  }
-  return {spread(recorded), spread(errors)};
+  count(recorded_, log_rotation(platform * first_->conjugate()));
+  count(errors_, Eigen::Vector3d(knot[3], knot[4], knot[5]));
+}
+
+Excitation excitation_of(const Adjustment& adjustment) {
+  Excitation out;
+  for (std::size_t i = 0; i < adjustment.frames.size(); ++i)
+    if (adjustment.frames[i].weight == 0.0) out.add(adjustment, static_cast<int>(i));
+  return out;
+}
+
+void hold_for_want_of_turns(Adjustment& adjustment, double delay_s) {
+  constexpr double kHeldDelay_s = 1e-5;
+  adjustment.priors.globals.segment<3>(Globals::kMount).setZero();
+  adjustment.priors.globals.segment<3>(Globals::kLever).setZero();
+  adjustment.priors.delay_s = adjustment.priors.delay_walk_s = kHeldDelay_s;
+  adjustment.delay_start_s = delay_s;
+  adjustment.reset();
 }
 
 void Adjustment::look_at_residuals(bool first, bool forgiving) {

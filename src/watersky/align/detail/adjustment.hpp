@@ -19,6 +19,7 @@
 /// by the camera's own motion.
 #include <Eigen/Core>
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <optional>
@@ -246,10 +247,31 @@ class Adjustment {
 
 /// How much the camera turned by the navigation, about its mean attitude at the knots, and how much
 /// of that the adjustment took for error: variances of all three axes together.
-struct Excitation {
-  double recorded_rad2 = 0.0, error_rad2 = 0.0;
+class Excitation {
+ public:
+  /// A frame at its knot; called in order of time.
+  void add(const Adjustment& adjustment, int frame);
+  [[nodiscard]] double recorded_rad2() const { return variance(recorded_); }
+  [[nodiscard]] double error_rad2() const { return variance(errors_); }
+  /// Whether turns tell anything: at least half of their size is not error.
+  [[nodiscard]] bool tells() const { return recorded_rad2() > 4.0 * error_rad2(); }
+
+ private:
+  struct Sums {
+    double n = 0.0, square = 0.0;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  };
+  static double variance(const Sums& s) {
+    return s.n > 0 ? std::max(0.0, s.square / s.n - (s.sum / s.n).squaredNorm()) : 0.0;
+  }
+  Sums recorded_, errors_;
+  std::optional<Eigen::Quaterniond> first_;
 };
 [[nodiscard]] Excitation excitation_of(const Adjustment& adjustment);
+
+/// Holds what only turns can tell at what was given: the mount, the lever arm, and the delay at
+/// `delay_s`. Starts the state anew.
+void hold_for_want_of_turns(Adjustment& adjustment, double delay_s);
 
 /// Covariances of an adjustment's state by its normal equations.
 class Adjustment::Knowledge {
