@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "watersky/align/live_alignment.hpp"
+
 namespace watersky::study {
 
 Result<Flight> with_latest_pose(const Flight& flight) {
@@ -51,6 +53,11 @@ Result<AlignedFlight> align_by_images(const Flight& flight) {
 Result<Flight> with_alignment(const Flight& flight) {
   WATERSKY_TRY(AlignedFlight ours, align_by_images(flight));
   return std::move(ours.flight);
+}
+
+Result<Flight> with_live_alignment(const Flight& flight) {
+  WATERSKY_TRY(const Alignment alignment, align_flight_causally(flight, {}));
+  return aligned(flight, alignment);
 }
 
 }  // namespace watersky::study

@@ -25,5 +25,7 @@ struct AlignedFlight {
 [[nodiscard]] Result<AlignedFlight> align_by_images(const Flight& flight);
 /// Ours: the flight alone.
 [[nodiscard]] Result<Flight> with_alignment(const Flight& flight);
+/// Each frame by what came before it alone, as in flight.
+[[nodiscard]] Result<Flight> with_live_alignment(const Flight& flight);
 
 }  // namespace watersky::study

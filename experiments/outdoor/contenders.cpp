@@ -22,6 +22,7 @@ std::vector<Contender> contenders(const sim::Truth& truth) {
       {"true_times_and_mount", "true times and mount",
        [truth](const Flight& f) { return with_true_times_and_mount(f, truth); }},
       {"ours", "ours: from the images", with_alignment_by_images_alone},
+      {"ours_live", "ours, live", with_live_alignment},
       {"ours_one_anchor", "ours, one anchor", with_alignment},
   };
 }

@@ -49,6 +49,7 @@ Result<Alignment> align_flight_causally(const Flight& flight, const AlignOptions
   out.mount = flight.mount;  // what was found of it is in the poses
   const std::vector<Event> events = events_of(flight, out.left_out);
   AlignMethod method = AlignMethod::AsGiven;
+  std::vector<AlignedFrame> before_start;  // their times would be guessed
   const auto gather = [&](std::vector<LiveFrame> frames) {
     for (LiveFrame& f : frames) {
       method = f.method;
@@ -56,7 +57,10 @@ Result<Alignment> align_flight_causally(const Flight& flight, const AlignOptions
         out.left_out.push_back({flight.frames[f.id].name, f.aligned.error().message});
         continue;
       }
-      out.frames.push_back(*std::move(f.aligned));
+      const ImageFrame& frame = flight.frames[f.id];
+      const bool untimed = f.method == AlignMethod::AsGiven && !flight.delay_s &&
+                           !frame.captured_at && !frame.own_pose;
+      (untimed ? before_start : out.frames).push_back(*std::move(f.aligned));
     }
   };
   std::size_t done = 0;
@@ -91,6 +95,12 @@ Result<Alignment> align_flight_causally(const Flight& flight, const AlignOptions
   gather(aligner.finish());
   report(progress, "aligning", flight.frames.size(), flight.frames.size());
   const LiveStatus last = aligner.status();
+  for (AlignedFrame& f : before_start) {
+    if (last.started)
+      out.left_out.push_back({flight.frames[f.index].name, "the delay was not known yet"});
+    else
+      out.frames.push_back(std::move(f));
+  }
   out.method = method;
   if (!last.started)
     out.method_reason = out.frames.empty() ? "no frame has both a time and poses around it"

@@ -186,6 +186,9 @@ TEST(AlignFlightCausally, PutsTheSeaTogetherInAFlightThatCanBeMapped) {
   const auto corrected = aligned(flown().flight, *alignment);
   ASSERT_TRUE(corrected) << corrected.error().message;
   EXPECT_EQ(corrected->frames.size(), alignment->frames.size());
+  // Until the delay was known no frame had a time.
+  EXPECT_EQ(alignment->frames.size() + alignment->left_out.size(), flown().flight.frames.size());
+  EXPECT_GT(alignment->frames.size(), flown().flight.frames.size() / 2);
   // The same through the parameter.
   AlignOptions options;
   options.parameters.causal = true;
