@@ -139,6 +139,7 @@ class Aligner {
   double given_delay_s_ = 0.0;
   double height_m_ = 0.0, gsd_m_ = 0.0;
   Globals::Vector globals_before_ = Globals::Vector::Zero();
+  Globals::Vector sigma_by_places_ = Globals::Vector::Zero();
 };
 
 Status Aligner::list_frames() {
@@ -572,16 +573,22 @@ void Aligner::hold_what_nothing_tells() {
   choose_navigation_sigma();
 }
 
-/// What has not become twice as well known as it was stays as given: what moves it then is what
-/// the model does not know, not what the images show.
+/// What has not become much better known than it was stays as given: what moves it then is what the
+/// model does not know, not what the images show.
 void Aligner::freeze_unobserved() {
   const auto known = adjustment_->knowledge();
   if (!known) return;
+  AdjustmentOptions options;
+  options.threads = options_.threads;
+  const double started = thread_cpu_s();
+  sigma_by_places_ = adjustment_->globals_sigma_by_places(options);
+  out_.solving_s += thread_cpu_s() - started;
   auto& prior = adjustment_->priors.globals;
   bool frozen = false;
   for (int k = 0; k < Globals::kSize; ++k)
-    if (prior[k] > 0.0 && (known->globals_sigma[k] > 0.5 * prior[k] ||
-                           std::abs(adjustment_->state.globals[k]) > kMostPriorSigmas * prior[k])) {
+    if (prior[k] > 0.0 &&
+        (std::max(known->globals_sigma[k], sigma_by_places_[k]) > kObserved * prior[k] ||
+         std::abs(adjustment_->state.globals[k]) > kMostPriorSigmas * prior[k])) {
       prior[k] = 0.0;
       adjustment_->state.globals[k] = 0.0;
       frozen = true;
@@ -842,6 +849,7 @@ void Aligner::finish() {
   if (out_.method != AlignMethod::Full) out_.after = judge(a.state);
   std::optional<Adjustment::Knowledge> known;
   if (out_.method == AlignMethod::Full) known = a.knowledge();
+  if (known) known->globals_sigma = known->globals_sigma.cwiseMax(sigma_by_places_);
   write_known(given);
   write_estimates(known);
   write_frames(known);

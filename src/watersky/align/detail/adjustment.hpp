@@ -173,6 +173,10 @@ class Adjustment {
   [[nodiscard]] double log_evidence() const;
   /// Each frame by itself, all else as it stands: what happens between knots.
   void solve_frames();
+  /// How far the globals move with the places that tell them, one sigma: a jackknife over sixths of
+  /// the places. All sightings of a place share its host's error, which the normal equations take
+  /// for independent; this does not.
+  [[nodiscard]] Globals::Vector globals_sigma_by_places(const AdjustmentOptions& options) const;
   /// One frame by itself: `extra` about zero by `sigma`, and its own delay, where `jitter_s` is
   /// not 0, about zero by that. `groups`: ties of hosts to it; `reweigh`: by their residuals.
   /// Returns the covariance of its camera (position, rotation vector) given all else.

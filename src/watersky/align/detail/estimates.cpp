@@ -16,9 +16,8 @@ std::vector<Estimate> estimates_of(const Flight& flight, const Adjustment& adjus
     e.name = name;
     e.unit = unit;
     e.given = given;
-    // Twice as well known as before, or it was not observed.
-    e.observed =
-        known && adjustment.priors.globals[k] > 0 && known->globals_sigma[k] <= 0.5 * before[k];
+    e.observed = known && adjustment.priors.globals[k] > 0 &&
+                 known->globals_sigma[k] <= kObserved * before[k];
     e.value = e.observed ? given + scale * g[k] : given;
     e.sigma_before = scale * before[k];
     e.sigma = e.observed ? scale * known->globals_sigma[k] : e.sigma_before;
