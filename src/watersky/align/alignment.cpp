@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <deque>
@@ -18,6 +19,7 @@
 #include "watersky/align/detail/capture_clock.hpp"
 #include "watersky/align/detail/delay_search.hpp"
 #include "watersky/align/detail/estimates.hpp"
+#include "watersky/align/detail/median.hpp"
 #include "watersky/align/detail/revisits.hpp"
 #include "watersky/align/detail/sighting_geometry.hpp"
 #include "watersky/align/detail/starting_priors.hpp"
@@ -31,12 +33,9 @@ namespace align {
 namespace {
 
 constexpr double kDelayKnots_s = 5.0;
-constexpr int kHeldOut = 8;  ///< one track of so many judges
 constexpr std::size_t kMostRevisits = 240;
 /// Of the arrivals' jitter, after a line through 25 of them.
 constexpr double kLeftAfterEvening = 0.3;
-/// How far a camera's clock wanders against the poses', per root second.
-constexpr double kClockWalk_s = 1e-4;
 constexpr std::size_t kFirstLook = 300;  ///< frames
 constexpr int kRevisitPoints = 30;
 constexpr double kRevisit_px = 0.2;  ///< one sigma of a place found again, reduced pixels
@@ -45,20 +44,14 @@ constexpr double kMostPriorSigmas = 4.0;
 /// Errors of poses that are together this many times the sigma that explains their steps are
 /// drawn aside by what the model does not know.
 constexpr double kMostRunaway = 3.0;
+/// Places may be this much farther apart when the poses' common error is taken out.
+constexpr double kMostObjection = 1.2;
 /// Places along edges slide: they tie across the edge, and cannot judge.
 constexpr double kJudge_px = 0.7;
 /// What satellite navigation as a whole may be off by where the recording does not say, m.
 constexpr double kOffsetSigma_m = 2.0;
 /// What heights as a whole may be off by where a range finder tells them, of the height.
 constexpr double kHeightSigma = 0.1, kMostHeightError = 0.3;
-
-double median(std::vector<double> v, double share = 0.5) {
-  if (v.empty()) return 0.0;
-  const auto at =
-      v.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1) + 0.5);
-  std::nth_element(v.begin(), at, v.end());
-  return *at;
-}
 
 template <class... T>
 std::string text(const char* format, T... values) {
@@ -107,6 +100,7 @@ class Aligner {
   void restore(const Snapshot& s);
   void freeze_unobserved();
   void hold_what_nothing_tells();
+  void centre_errors();
   void use_anchors();
   void say_anchors(const AnchorChoice& choice);
   [[nodiscard]] double known_disagreement_m() const;
@@ -133,6 +127,7 @@ class Aligner {
   std::vector<KnownPoint> sighted_;  ///< sightings of anchors, before they are judged
   std::vector<int> keyframes_;
   bool delayed_ = false;
+  bool held_ = false;           ///< mount and delay, for want of turns
   std::string clock_note_;      ///< of a regular clock that images told; empty: none
   double jitter_seen_s_ = 0.0;  ///< one sigma of the arrivals' unevenness
   int reduction_ = 1;           ///< full pixels of one that was tracked
@@ -354,7 +349,7 @@ Status Aligner::track(std::size_t most) {
       auto made = geometry_.tie(s.host_px, s.px, s.covariance_px2);
       if (!made) continue;
       made->track = s.track;
-      made->held_out = s.track % kHeldOut == kHeldOut - 1;
+      made->held_out = judges(s.track);
       const auto [found, is_new] =
           group_of.try_emplace({s.host, frame}, adjustment_->groups.size());
       if (is_new) adjustment_->groups.push_back({s.host, frame, false, 1.0, false, {}});
@@ -563,6 +558,7 @@ void Aligner::solve(bool variances) {
 void Aligner::hold_what_nothing_tells() {
   const Excitation turning = excitation_of(*adjustment_);
   if (turning.tells()) return;
+  held_ = true;
   hold_for_want_of_turns(*adjustment_, given_delay_s_);
   constexpr double kDegree = 180 / std::numbers::pi;
   out_.notes.push_back(
@@ -571,6 +567,25 @@ void Aligner::hold_what_nothing_tells() {
            kDegree * std::sqrt(turning.recorded_rad2()), kDegree * std::sqrt(turning.error_rad2()),
            delayed_ ? "the delay" : "the lever arm"));
   choose_navigation_sigma();
+}
+
+/// Pictures that hardly move cannot tell an error that all of them share, however far it is drawn:
+/// what all poses have in common is taken out of their errors, as far as places do not object. (In
+/// straight flight they do object to the heading: it is the direction of motion.)
+void Aligner::centre_errors() {
+  AdjustmentState& state = adjustment_->state;
+  const AdjustmentState full = state;
+  const double before_m = judge(full).median_m;
+  std::array<double, 6> mean{};
+  for (const auto& knot : full.knots)
+    for (std::size_t c = 0; c < 6; ++c) mean[c] += knot[c] / static_cast<double>(full.knots.size());
+  for (const std::size_t components : {6, 5}) {  // with the heading, and without
+    state = full;
+    for (auto& knot : state.knots)
+      for (std::size_t c = 0; c < components; ++c) knot[c] -= mean[c];
+    if (judge(state).median_m <= kMostObjection * before_m) return;
+  }
+  state = full;
 }
 
 /// What has not become much better known than it was stays as given: what moves it then is what the
@@ -665,7 +680,7 @@ void Aligner::revisit() {
     for (const PixelPair& p : found) {
       if (!may_use(p.a) || !may_use(p.b)) continue;
       if (auto made_tie = geometry_.tie(p.a, p.b, revisit_covariance)) {
-        made_tie->held_out = at++ % kHeldOut == kHeldOut - 1;
+        made_tie->held_out = judges(at++);
         group.ties.push_back(*made_tie);
       }
     }
@@ -983,6 +998,7 @@ Result<Alignment> Aligner::run() {
     report(progress_, "adjusting", 2, 3);
     use_anchors();
     freeze_unobserved();
+    if (held_) centre_errors();
     adjustment_->solve_frames();
     report(progress_, "adjusting", 3, 3);
   } else if (!sighted_.empty() || !adjustment_->known_heights.empty()) {

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <memory>
 
+#include "watersky/align/detail/test_flight.hpp"
 #include "watersky/geo/rotation.hpp"
-#include "watersky/sim/simulate.hpp"
 
 namespace watersky {
 namespace {
@@ -18,21 +18,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-/// Small pictures of a short flight over ice: two legs that overlap, and the turn between them.
-sim::Scenario small_flight() {
-  sim::Scenario s = sim::scenario_preset("outdoor").value();
-  s.lens.width_px = 240;
-  s.lens.height_px = 192;
-  s.lens.focal_px = 285;
-  s.sensor.supersampling = 1;
-  s.sensor.noise_counts = 3;
-  s.sea.extent_north_m = 400;
-  s.sea.extent_east_m = 300;
-  s.aircraft.legs = 2;
-  s.aircraft.leg_length_m = 90;
-  s.camera.frame_rate_hz = 3;
-  return s;
-}
+using test::small_flight;
 
 /// How far the sea point in a picture's middle lies from where it is, root mean square.
 double error_m(const Flight& flight, const sim::Simulation& simulation) {
@@ -60,13 +46,7 @@ double error_m(const Flight& flight, const sim::Simulation& simulation) {
 }
 
 const sim::Simulation& flown() {
-  static const auto simulation = [] {
-    sim::Simulation made = sim::simulate(small_flight()).value();
-    // Rendered once, not each time somebody looks.
-    for (ImageFrame& f : made.flight.frames)
-      f.load = [image = f.load({}).value()](const ImageRequest&) { return Result<cv::Mat>(image); };
-    return made;
-  }();
+  static const sim::Simulation simulation = test::simulated(small_flight());
   return simulation;
 }
 

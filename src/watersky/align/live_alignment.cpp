@@ -12,6 +12,7 @@
 #include "watersky/align/detail/capture_clock.hpp"
 #include "watersky/align/detail/delay_search.hpp"
 #include "watersky/align/detail/estimates.hpp"
+#include "watersky/align/detail/median.hpp"
 #include "watersky/align/detail/sighting_geometry.hpp"
 #include "watersky/align/detail/starting_priors.hpp"
 #include "watersky/align/detail/tracker.hpp"
@@ -30,12 +31,10 @@ constexpr double kHostedShare = 0.8;
 constexpr std::size_t kLeastToStart = 10;  ///< keyframes
 constexpr std::size_t kSearchEvery = 5, kVariancesEvery = 5;
 constexpr std::size_t kSearchPairs = 60;
-constexpr int kHeldOut = 8;                              ///< one track of so many judges
 constexpr std::size_t kJudged = 400, kLeastJudged = 10;  ///< ties
 constexpr std::size_t kMostPending = 90;                 ///< frames that wait for poses
 /// A new idea of the poses' sigmas is followed by this share of its logarithm.
 constexpr double kFollowed = 0.3;
-constexpr double kClockWalk_s = 1e-4;
 constexpr double kPosesKept_s = 5.0;
 
 /// How far the last ones were apart.
@@ -52,12 +51,7 @@ class Lately {
 
  private:
   static double of(const std::deque<double>& values, double share) {
-    if (values.empty()) return 0.0;
-    std::vector<double> v(values.begin(), values.end());
-    const auto at =
-        v.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(v.size() - 1));
-    std::nth_element(v.begin(), at, v.end());
-    return *at;
+    return median({values.begin(), values.end()}, share);
   }
   std::deque<double> m_, px_;
 };
@@ -312,7 +306,7 @@ void LiveAligner::Impl::see(int index, int number, Waiting& waiting, Tracker::St
     auto made = geometry_.tie(s.host_px, s.px, s.covariance_px2);
     if (!made) continue;
     made->track = s.track;
-    made->held_out = s.track % kHeldOut == kHeldOut - 1;
+    made->held_out = judges(s.track);
     const auto [found, is_new] = group_of.try_emplace(host->second, groups.size());
     if (is_new) groups.push_back({host->second, index, false, 1.0, false, {}});
     groups[found->second].ties.push_back(*made);

@@ -6,34 +6,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include "watersky/sim/simulate.hpp"
+#include "watersky/align/detail/test_flight.hpp"
 
 namespace watersky {
 namespace {
 
-/// Small pictures of one leg and a turn over ice, 10 a second.
-sim::Scenario small_flight() {
-  sim::Scenario s = sim::scenario_preset("outdoor").value();
-  s.lens.width_px = 240;
-  s.lens.height_px = 192;
-  s.lens.focal_px = 285;
-  s.sensor.supersampling = 1;
-  s.sensor.noise_counts = 3;
-  s.sea.extent_north_m = 400;
-  s.sea.extent_east_m = 300;
-  s.aircraft.legs = 2;
-  s.aircraft.leg_length_m = 60;
-  s.camera.frame_rate_hz = 10;
-  s.camera.images_in_turns = true;
-  return s;
-}
-
+/// Ten pictures a second, also in the turn.
 const sim::Simulation& flown() {
-  static const auto simulation = [] {
-    sim::Simulation made = sim::simulate(small_flight()).value();
-    for (ImageFrame& f : made.flight.frames)
-      f.load = [image = f.load({}).value()](const ImageRequest&) { return Result<cv::Mat>(image); };
-    return made;
+  static const sim::Simulation simulation = [] {
+    sim::Scenario s = test::small_flight();
+    s.aircraft.leg_length_m = 60;
+    s.camera.frame_rate_hz = 10;
+    s.camera.images_in_turns = true;
+    return test::simulated(s);
   }();
   return simulation;
 }

@@ -4,18 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "watersky/align/detail/median.hpp"
+
 namespace watersky::align {
 
-namespace {
-
-double median(std::vector<double> v) {
-  if (v.empty()) return 0.0;
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 AdjustmentState without_errors(const Adjustment& adjustment, double delay_s) {
   AdjustmentState s = adjustment.state;

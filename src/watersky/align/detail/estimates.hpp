@@ -6,8 +6,8 @@
 
 namespace watersky::align {
 
-/// What was looked for has been observed once its sigma is this share of what it was: with less, one
-/// flight in a few would be better off with what was given.
+/// What was looked for has been observed once its sigma is this share of what it was: with less,
+/// one flight in a few would be better off with what was given.
 inline constexpr double kObserved = 0.25;
 
 /// `before`: the sigmas of the globals at the start; 0: not looked for. `known`: null where nothing

@@ -7,17 +7,11 @@
 #include <map>
 
 #include "watersky/align/detail/adjustment.hpp"
+#include "watersky/align/detail/median.hpp"
 
 namespace watersky::align {
 
 namespace {
-
-double median(std::vector<double> v) {
-  if (v.empty()) return 0.0;
-  const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-  std::nth_element(v.begin(), middle, v.end());
-  return *middle;
-}
 
 std::string metres(double m) {
   char text[32];

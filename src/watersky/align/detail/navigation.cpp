@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "watersky/align/detail/median.hpp"
+
 namespace watersky::align {
 
 namespace {
@@ -28,13 +30,6 @@ bool bracketed(const std::vector<Sample>& samples, double t_s, double max_gap_s)
   const std::size_t i = before(samples, t_s);
   return samples[i].t_s == t_s || i + 1 == samples.size() ||
          samples[i + 1].t_s - samples[i].t_s <= max_gap_s;
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// local_from_reference for a body with this attitude in Local.

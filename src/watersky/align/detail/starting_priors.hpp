@@ -9,6 +9,12 @@
 
 namespace watersky::align {
 
+/// How far a camera's clock wanders against the poses', per root second.
+constexpr double kClockWalk_s = 1e-4;
+
+/// One place of eight takes no part in the adjustment: it judges.
+[[nodiscard]] constexpr bool judges(int place) { return place % 8 == 7; }
+
 /// Shares of the sigmas that are assumed of poses which say nothing of them: how good they are is
 /// tried, as exact poses under uneven times look like bad poses under even ones.
 constexpr std::array<double, 3> kNavigationIdeas{1.0, 0.2, 0.03};
