@@ -607,6 +607,7 @@ void Aligner::freeze_unobserved() {
       prior[k] = 0.0;
       adjustment_->state.globals[k] = 0.0;
       frozen = true;
+      held_ = held_ || k < Globals::kLever;
     }
   if (frozen) solve(false);
 }
