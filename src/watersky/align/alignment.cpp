@@ -241,10 +241,7 @@ void Aligner::use_clock() {
         clock->start_s + clock->period_s * static_cast<double>(counters[k]);
   adjustment_->priors.jitter_s = 0.0;
   adjustment_->priors.delay_walk_s = std::min(adjustment_->priors.delay_walk_s, kClockWalk_s);
-  out_.notes.push_back(
-      text("Frames are counted: a regular clock of %.3f ms a frame under their "
-           "arrivals took out %.0f ms of jitter.",
-           1e3 * clock->period_s, 1e3 * clock->jitter_s));
+  out_.notes.push_back(counted_note(*clock));
 }
 
 void Aligner::set_priors() {
@@ -607,7 +604,7 @@ void Aligner::freeze_unobserved() {
       prior[k] = 0.0;
       adjustment_->state.globals[k] = 0.0;
       frozen = true;
-      held_ = held_ || k < Globals::kLever;
+      held_ = held_ || k < Globals::kMount + 2;  // a tilt
     }
   if (frozen) solve(false);
 }

@@ -157,6 +157,10 @@ Status LiveAligner::Impl::start_navigation(const StampedPose& pose) {
 Status LiveAligner::Impl::add_pose(const StampedPose& pose) {
   if (!navigation_) WATERSKY_CHECK(start_navigation(pose));
   WATERSKY_CHECK(navigation_->add(setup_, *local_, pose));
+  // Poses alone do not pile up while no frame comes in.
+  if (adjustment_->frames.empty() && waiting_.empty())
+    navigation_->forget_before(navigation_->until_s() - options_.parameters.max_delay_s -
+                               kPosesKept_s);
   if (setup_.gimbal_reference == GimbalReference::NorthEastDown) {
     recorded_.push_back(pose);
     while (to_seconds(pose.time - recorded_.front().time) > kPosesKept_s) recorded_.pop_front();
@@ -189,6 +193,7 @@ void LiveAligner::Impl::rebase() {
     if (w.frame.delayed) w.frame.base_s = clock_.base_s(w.received_s, w.stamps.counter);
   const bool was_uneven = a.priors.jitter_s > 0.0;
   a.priors.jitter_s = clock_.jitter_s();
+  if (was_uneven && clock_.regular()) notes_.push_back(counted_note(*clock_.regular()));
   if (!held_)
     a.priors.delay_walk_s = clock_.regular()
                                 ? std::min(options_.parameters.delay_walk_s, kClockWalk_s)
@@ -467,6 +472,8 @@ void LiveAligner::Impl::begin() {
   for (std::size_t i = 0; i < a.frames.size(); ++i) turning_.add(a, static_cast<int>(i));
   if (!turning_.tells()) {
     held_ = true;
+    notes_.emplace_back(
+        "The camera has hardly turned yet: mount and delay stay as they were given or first seen.");
     const Eigen::Matrix<double, 6, 1> sigma = a.priors.knot;
     const double delay_s = delayed_ ? a.delay_start_s : 0.0;
     a.priors = priors;
@@ -482,6 +489,7 @@ void LiveAligner::Impl::begin() {
 void LiveAligner::Impl::release() {
   Adjustment& a = *adjustment_;
   held_ = false;
+  notes_.emplace_back("The camera has turned enough to tell mount and delay.");
   a.priors.globals = globals_before_;
   a.priors.delay_s = free_delay_sigma_s_;
   a.priors.delay_walk_s = clock_.regular()

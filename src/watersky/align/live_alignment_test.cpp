@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/align/live_alignment.hpp"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -58,6 +59,8 @@ TEST(LiveAligner, FindsTheTimesWhileFlying) {
   });
   const LiveStatus status = aligner.status();
   EXPECT_TRUE(status.started);
+  ASSERT_TRUE(flown().flight.frames.front().counter);
+  EXPECT_THAT(status.notes, ::testing::Contains(::testing::HasSubstr("counted")));
   ASSERT_GT(n, static_cast<int>(flown().flight.frames.size()) / 2);
   EXPECT_LT(std::sqrt(square_s / n), 0.05);
   EXPECT_LT(status.after.median_m, 0.5 * status.constant_delay.median_m);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 
 namespace watersky::align {
@@ -63,6 +64,15 @@ std::optional<CaptureClock> fit_capture_clock(const std::vector<std::uint64_t>& 
   const double first = static_cast<double>(counters[0]);
   return CaptureClock{line.start - line.slope * first, line.slope,
                       *middle / 0.6745 / std::sqrt(2.0)};
+}
+
+std::string counted_note(const CaptureClock& clock) {
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "Frames are counted: a regular clock of %.3f ms a frame under their arrivals took "
+                "out %.0f ms of jitter.",
+                1e3 * clock.period_s, 1e3 * clock.jitter_s);
+  return text;
 }
 
 std::vector<double> even_times(const std::vector<double>& received_s) {

@@ -3,6 +3,7 @@
 /// The regular clock behind frames that carry a counter.
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 namespace watersky::align {
@@ -18,6 +19,9 @@ struct CaptureClock {
 /// counters that do not rise.
 [[nodiscard]] std::optional<CaptureClock> fit_capture_clock(
     const std::vector<std::uint64_t>& counters, const std::vector<double>& received_s);
+
+/// That frames were dated by it, a sentence.
+[[nodiscard]] std::string counted_note(const CaptureClock& clock);
 
 /// A time for each frame that runs evenly: a straight line through the arrivals around it. What
 /// arrives unevenly was still taken evenly, but for frames that were lost.
