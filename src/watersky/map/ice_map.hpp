@@ -12,6 +12,7 @@
 #include "watersky/base/time.hpp"
 #include "watersky/map/grid_view.hpp"
 #include "watersky/map/log_odds.hpp"
+#include "watersky/map/map_tile.hpp"
 
 namespace watersky {
 
@@ -38,20 +39,6 @@ struct MapParameters {
               16});
   }
 };
-
-/// Position of a tile in the grid of tiles.
-struct TileIndex {
-  int column = 0;
-  int row = 0;
-  auto operator<=>(const TileIndex&) const = default;
-};
-
-/// Tiles have this many cells along an edge.
-inline constexpr int kTileCells = 256;
-
-[[nodiscard]] constexpr int tile_of(int cell) {
-  return cell >= 0 ? cell / kTileCells : -((-cell + kTileCells - 1) / kTileCells);
-}
 
 class IceMap {
  public:

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/map/map_tile.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <string>
+
+namespace watersky {
+
+namespace {
+
+static_assert(std::endian::native == std::endian::little, "encode() copies numbers as they lie");
+
+constexpr std::size_t kBlockCount =
+    static_cast<std::size_t>(MapTile::kBlocks) * static_cast<std::size_t>(MapTile::kBlocks);
+static_assert(kBlockCount == 64, "encode() tells which blocks there are in 64 bits");
+
+/// The block with the times that its cells use, and no others.
+MapTile::Block compacted(const MapTile::Block& block) {
+  std::array<bool, MapTile::kMostTimes> used{};
+  for (std::size_t i = 0; i < block.seen.size(); ++i)
+    if (block.looks[i] != 0) used[block.seen[i]] = true;
+  MapTile::Block out = block;
+  out.times.clear();
+  std::array<std::uint8_t, MapTile::kMostTimes> moved{};
+  for (std::size_t i = 0; i < block.times.size(); ++i) {
+    if (!used[i]) continue;
+    moved[i] = static_cast<std::uint8_t>(out.times.size());
+    out.times.push_back(block.times[i]);
+  }
+  for (std::size_t i = 0; i < out.seen.size(); ++i)
+    out.seen[i] = out.looks[i] != 0 ? moved[out.seen[i]] : std::uint8_t{0};
+  return out;
+}
+
+template <class T>
+void put(std::vector<std::uint8_t>& out, const T* values, std::size_t count) {
+  const std::size_t at = out.size();
+  out.resize(at + count * sizeof(T));
+  std::memcpy(out.data() + at, values, count * sizeof(T));
+}
+
+class Reader {
+ public:
+  Reader(const std::uint8_t* bytes, std::size_t size) : bytes_(bytes), size_(size) {}
+  template <class T>
+  [[nodiscard]] bool take(T* values, std::size_t count) {
+    if (count * sizeof(T) > size_ - at_) return false;
+    std::memcpy(values, bytes_ + at_, count * sizeof(T));
+    at_ += count * sizeof(T);
+    return true;
+  }
+  [[nodiscard]] std::size_t at() const { return at_; }
+  [[nodiscard]] bool at_end() const { return at_ == size_; }
+
+ private:
+  const std::uint8_t* bytes_;
+  std::size_t size_, at_ = 0;
+};
+
+}  // namespace
+
+std::uint8_t MapTile::Block::place_of(Time time) {
+  if (!times.empty() && times.back() == time) return static_cast<std::uint8_t>(times.size() - 1);
+  auto place = std::lower_bound(times.begin(), times.end(), time);
+  if (place != times.end() && *place == time)
+    return static_cast<std::uint8_t>(place - times.begin());
+  if (times.size() == kMostTimes) {
+    *this = compacted(*this);
+    if (times.size() == kMostTimes) {
+      std::size_t nearest = 1;
+      for (std::size_t i = 2; i < times.size(); ++i)
+        if (times[i] - times[i - 1] < times[nearest] - times[nearest - 1]) nearest = i;
+      times.erase(times.begin() + static_cast<std::ptrdiff_t>(nearest));
+      for (std::uint8_t& s : seen)
+        if (s >= nearest) --s;
+    }
+    place = std::lower_bound(times.begin(), times.end(), time);
+  }
+  const auto at = static_cast<std::uint8_t>(place - times.begin());
+  if (place != times.end())
+    for (std::size_t i = 0; i < seen.size(); ++i)
+      if (looks[i] != 0 && seen[i] >= at) ++seen[i];
+  times.insert(place, time);
+  return at;
+}
+
+MapTile::MapTile(const MapTile& other) { *this = other; }
+
+MapTile& MapTile::operator=(const MapTile& other) {
+  if (this == &other) return *this;
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    blocks_[i] = other.blocks_[i] ? std::make_unique<Block>(*other.blocks_[i]) : nullptr;
+  return *this;
+}
+
+MapTile::Block& MapTile::make_block(int block) {
+  auto& b = blocks_[static_cast<std::size_t>(block)];
+  if (!b) b = std::make_unique<Block>();
+  return *b;
+}
+
+std::size_t MapTile::seen_cells() const {
+  std::size_t count = 0;
+  for (const auto& b : blocks_)
+    if (b)
+      count += static_cast<std::size_t>(
+          std::count_if(b->looks.begin(), b->looks.end(), [](std::uint8_t l) { return l != 0; }));
+  return count;
+}
+
+std::size_t MapTile::bytes() const {
+  std::size_t size = sizeof(MapTile);
+  for (const auto& b : blocks_)
+    if (b) size += sizeof(Block) + b->times.capacity() * sizeof(Time);
+  return size;
+}
+
+bool MapTile::operator==(const MapTile& other) const { return encode() == other.encode(); }
+
+std::vector<std::uint8_t> MapTile::encode() const {
+  std::uint64_t present = 0;
+  std::vector<std::uint8_t> out;
+  put(out, &present, 1);
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    if (!blocks_[i]) continue;
+    const Block block = compacted(*blocks_[i]);
+    if (block.times.empty()) continue;
+    present |= std::uint64_t{1} << i;
+    const auto count = static_cast<std::uint16_t>(block.times.size());
+    put(out, &count, 1);
+    for (const Time& t : block.times) {
+      const std::int64_t ns = t.time_since_epoch().count();
+      put(out, &ns, 1);
+    }
+    put(out, block.evidence.data(), block.evidence.size());
+    put(out, block.looks.data(), block.looks.size());
+    put(out, block.seen.data(), block.seen.size());
+  }
+  std::memcpy(out.data(), &present, sizeof present);
+  return out;
+}
+
+Result<MapTile> MapTile::decode(const std::uint8_t* bytes, std::size_t size) {
+  Reader reader(bytes, size);
+  const auto fault = [&](const char* what) {
+    return Error{ErrorCode::InvalidInput, "a tile of " + std::to_string(size) + " bytes " + what +
+                                              " at byte " + std::to_string(reader.at())};
+  };
+  MapTile tile;
+  std::uint64_t present = 0;
+  if (!reader.take(&present, 1)) return fault("is cut short");
+  for (std::size_t i = 0; i < kBlockCount; ++i) {
+    if ((present >> i & 1) == 0) continue;
+    std::uint16_t count = 0;
+    if (!reader.take(&count, 1)) return fault("is cut short");
+    if (count == 0 || count > kMostTimes) return fault("has an impossible number of times");
+    Block& block = tile.make_block(static_cast<int>(i));
+    for (std::uint16_t k = 0; k < count; ++k) {
+      std::int64_t ns = 0;
+      if (!reader.take(&ns, 1)) return fault("is cut short");
+      const Time time{Duration(ns)};
+      if (k > 0 && time <= block.times.back()) return fault("has times out of order");
+      block.times.push_back(time);
+    }
+    if (!reader.take(block.evidence.data(), block.evidence.size()) ||
+        !reader.take(block.looks.data(), block.looks.size()) ||
+        !reader.take(block.seen.data(), block.seen.size()))
+      return fault("is cut short");
+    std::array<bool, kMostTimes> used{};
+    for (std::size_t c = 0; c < block.looks.size(); ++c) {
+      if (block.looks[c] == 0) {
+        if (block.evidence[c] != 0 || block.seen[c] != 0) return fault("has values of no look");
+      } else if (block.seen[c] >= count) {
+        return fault("names a time that it does not list");
+      } else {
+        used[block.seen[c]] = true;
+      }
+    }
+    if (std::count(used.begin(), used.end(), true) != count)
+      return fault("lists a time of no cell");
+  }
+  if (!reader.at_end()) return fault("goes on after its end");
+  return tile;
+}
+
+}  // namespace watersky
