@@ -241,6 +241,7 @@ void Aligner::use_clock() {
         clock->start_s + clock->period_s * static_cast<double>(counters[k]);
   adjustment_->priors.jitter_s = 0.0;
   adjustment_->priors.delay_walk_s = std::min(adjustment_->priors.delay_walk_s, kClockWalk_s);
+  adjustment_->priors.delay_rate = clock->rate_sigma;
   out_.notes.push_back(counted_note(*clock));
 }
 
@@ -511,6 +512,7 @@ void Aligner::find_regular_clock() {
   a.priors.jitter_s = 0.0;
   // On a grid the delay is one number: what wandered is in the arrivals.
   a.priors.delay_walk_s = std::min(a.priors.delay_walk_s, kClockWalk_s);
+  a.priors.delay_rate = slots->clock.rate_sigma;
   solve(false);
   if (a.log_evidence() > evidence_before) {
     clock_note_ = text(

@@ -106,6 +106,15 @@ class LiveAligner::Impl {
   void keyframe(std::vector<TieGroup> groups);
   void begin();
   void release();
+  /// How far the mean delay may wander, per root second.
+  [[nodiscard]] double delay_walk_s() const {
+    const double said_s = options_.parameters.delay_walk_s;
+    const auto& clock = clock_.regular();
+    return clock ? clock->walk_s(std::min(said_s, kClockWalk_s), window_s()) : said_s;
+  }
+  [[nodiscard]] double window_s() const {
+    return static_cast<double>(kWindow) * options_.parameters.keyframe_interval_s;
+  }
   void solve_window(bool cold, bool variances);
   void judge();
   Result<AlignedFrame> write(int index, const Waiting& waiting, const Matrix6& own);
@@ -194,10 +203,7 @@ void LiveAligner::Impl::rebase() {
   const bool was_uneven = a.priors.jitter_s > 0.0;
   a.priors.jitter_s = clock_.jitter_s();
   if (was_uneven && clock_.regular()) notes_.push_back(counted_note(*clock_.regular()));
-  if (!held_)
-    a.priors.delay_walk_s = clock_.regular()
-                                ? std::min(options_.parameters.delay_walk_s, kClockWalk_s)
-                                : options_.parameters.delay_walk_s;
+  if (!held_) a.priors.delay_walk_s = delay_walk_s();
   if (!started_) return;
   for (double& d : a.state.delay_s) d += shift;
   a.delay_start_s += shift;
@@ -332,7 +338,7 @@ LiveFrame LiveAligner::Impl::process(Waiting& waiting) {
     a.priors.globals[Globals::kFocal] = 0.0;  // poses are told apart from the calibration
     globals_before_ = a.priors.globals;
     a.priors.jitter_s = jitter_s;
-    if (clock_.regular()) a.priors.delay_walk_s = std::min(a.priors.delay_walk_s, kClockWalk_s);
+    a.priors.delay_walk_s = delay_walk_s();
     if (delayed_) {
       a.delay_knot_times_s = {0.0};
       a.delay_start_s = given_delay_s_;
@@ -492,9 +498,7 @@ void LiveAligner::Impl::release() {
   notes_.emplace_back("The camera has turned enough to tell mount and delay.");
   a.priors.globals = globals_before_;
   a.priors.delay_s = free_delay_sigma_s_;
-  a.priors.delay_walk_s = clock_.regular()
-                              ? std::min(options_.parameters.delay_walk_s, kClockWalk_s)
-                              : options_.parameters.delay_walk_s;
+  a.priors.delay_walk_s = delay_walk_s();
   if (!a.state.delay_s.empty()) a.delay_start_s = a.state.delay_s.front();
   a.before_first.reset();  // it is of fewer unknowns
   solve_window(true, false);

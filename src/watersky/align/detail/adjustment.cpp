@@ -256,6 +256,7 @@ void hold_for_want_of_turns(Adjustment& adjustment, double delay_s) {
   adjustment.priors.globals.segment<3>(Globals::kMount).setZero();
   adjustment.priors.globals.segment<3>(Globals::kLever).setZero();
   adjustment.priors.delay_s = adjustment.priors.delay_walk_s = kHeldDelay_s;
+  adjustment.priors.delay_rate = 0.0;
   adjustment.delay_start_s = delay_s;
   adjustment.reset();
 }

@@ -95,6 +95,7 @@ struct AdjustmentPriors {
   Globals::Vector globals = Globals::Vector::Zero();                    ///< 0: fixed
   double delay_s = 0.1;         ///< of the first delay knot about its start
   double delay_walk_s = 0.004;  ///< per root second
+  double delay_rate = 0.0;      ///< of the clock's rate, s/s, about which the delay walks; 0: none
   double jitter_s = 0.0;        ///< 0: none
   double tie = 1.0;             ///< of a whitened residual
 };

@@ -259,6 +259,30 @@ class LinkCost final : public ceres::CostFunction {
   bool linked_;
 };
 
+/// That the delay goes on at the rate at which it went: what differs is what it walked.
+class RateCost final : public ceres::SizedCostFunction<1, 1, 1, 1> {
+ public:
+  /// Seconds between the delay knots, first to second and second to third; the walk per root
+  /// second.
+  RateCost(double first_s, double second_s, double walk_s)
+      : first_s_(first_s),
+        second_s_(second_s),
+        sigma_(walk_s * std::sqrt(1.0 / first_s + 1.0 / second_s)) {}
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const double third = *parameters[0], second = *parameters[1], first = *parameters[2];
+    residuals[0] = ((third - second) / second_s_ - (second - first) / first_s_) / sigma_;
+    if (!jacobians) return true;
+    if (jacobians[0]) jacobians[0][0] = 1.0 / (second_s_ * sigma_);
+    if (jacobians[1]) jacobians[1][0] = -(1.0 / second_s_ + 1.0 / first_s_) / sigma_;
+    if (jacobians[2]) jacobians[2][0] = 1.0 / (first_s_ * sigma_);
+    return true;
+  }
+
+ private:
+  double first_s_, second_s_, sigma_;
+};
+
 }  // namespace
 
 namespace {
@@ -463,9 +487,13 @@ void Adjustment::Problem::add_priors() {
       if (k == 0)
         add(new LinkCost(one(0), one(p.delay_s), one(adjustment_.delay_start_s), false), {block},
             Delays);
-      else
-        add(new LinkCost(one(1), one(p.delay_walk_s * std::sqrt(d[k] - d[k - 1])), one(0), true),
+      else if (const double dt = d[k] - d[k - 1]; k == 1 || !(p.delay_rate > 0.0))
+        add(new LinkCost(one(1), one(std::hypot(p.delay_walk_s * std::sqrt(dt), p.delay_rate * dt)),
+                         one(0), true),
             {block, block - 1}, Delays);
+      else
+        add(new RateCost(d[k - 1] - d[k - 2], dt, p.delay_walk_s), {block, block - 1, block - 2},
+            Delays);
     }
   }
   for (int f = 0; f < blocks_.frames; ++f) {

@@ -149,6 +149,27 @@ TEST(Adjustment, ARollingShutterIsPartOfTheCamera) {
   EXPECT_LT((c.adjustment.state.globals.head<3>() - scene.boresight).norm(), 5e-4);
 }
 
+TEST(Adjustment, AClockOfAWrongPeriodIsSetRight) {
+  const auto worst_s = [](double delay_rate) {
+    Case c({.pixel_sigma = 0.3});
+    // As if its period had been taken for a little longer than it is.
+    for (AdjustedFrame& f : c.adjustment.frames) f.base_s += 2e-3 * (f.base_s - 1.0);
+    c.adjustment.delay_knot_times_s = {1.0, 6.0, 11.0, 16.0, 21.0, 26.0};
+    c.adjustment.priors.delay_walk_s = 1e-4;
+    c.adjustment.priors.delay_rate = delay_rate;
+    c.adjustment.priors.jitter_s = 0.0;
+    c.adjustment.reset();
+    EXPECT_TRUE(c.adjustment.solve({.rounds = 4, .estimate_variances = false}).usable);
+    double worst = 0.0;
+    for (int k = 0; k < 120; ++k)
+      worst =
+          std::max(worst, std::abs(c.adjustment.time_s(k, c.adjustment.state) - (1.0 + 0.2 * k)));
+    return worst;
+  };
+  EXPECT_LT(worst_s(1e-3), 0.001);
+  EXPECT_GT(worst_s(0.0), 0.002) << "a delay that only walks does not follow it";
+}
+
 TEST(Adjustment, FindsTheCommonMotionOfTheIceWhereAsked) {
   const Scene scene{.drift_m_s = {0.4, -0.25}};
   Case c(scene);

@@ -62,8 +62,16 @@ std::optional<CaptureClock> fit_capture_clock(const std::vector<std::uint64_t>& 
   const auto middle = steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2);
   std::nth_element(steps.begin(), middle, steps.end());
   const double first = static_cast<double>(counters[0]);
-  return CaptureClock{line.start - line.slope * first, line.slope,
-                      *middle / 0.6745 / std::sqrt(2.0)};
+  const double jitter_s = *middle / 0.6745 / std::sqrt(2.0);
+  return CaptureClock{line.start - line.slope * first, line.slope, jitter_s,
+                      clock_rate_sigma(jitter_s, line.slope, static_cast<double>(n))};
+}
+
+double clock_rate_sigma(double scatter_s, double period_s, double count) {
+  // Delays wander slowly as well, and the earliest arrivals are few.
+  constexpr double kRoom = 4.0, kLeast = 1e-5, kMost = 0.05;
+  const double line = std::sqrt(12.0) * scatter_s / (std::pow(count, 1.5) * period_s);
+  return std::clamp(kRoom * line, kLeast, kMost);
 }
 
 std::string counted_note(const CaptureClock& clock) {
@@ -223,7 +231,8 @@ std::optional<Slots> find_slots(const std::vector<double>& estimated_s,
     period = line.slope;
   }
   if (!(period > 0) || out.residual_s > 0.12 * period) return std::nullopt;
-  out.clock = {line.start, period, 0.0};
+  out.clock = {line.start, period, 0.0,
+               clock_rate_sigma(out.residual_s, period, static_cast<double>(x.size()))};
   // One that fell into a wrong slot would drag those between along: only what fits holds.
   std::vector<std::int64_t> fixed(n, -1);
   std::int64_t last = -1;

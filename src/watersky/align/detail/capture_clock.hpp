@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// The regular clock behind frames that carry a counter.
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,8 +12,19 @@ namespace watersky::align {
 /// captured = start + period counter, up to a constant delay.
 struct CaptureClock {
   double start_s = 0.0, period_s = 0.0;
-  double jitter_s = 0.0;  ///< one sigma of the arrivals about their middle course
+  double jitter_s = 0.0;    ///< one sigma of the arrivals about their middle course
+  double rate_sigma = 0.0;  ///< of the period, as a share of it
+
+  /// How far the delay may wander from frame to frame so that the period's error fits, per root
+  /// second, over `window_s` at most; `own_s`: what it wanders by itself.
+  [[nodiscard]] double walk_s(double own_s, double window_s) const {
+    return std::hypot(own_s, rate_sigma * std::sqrt(window_s));
+  }
 };
+
+/// One sigma of the period of a clock through `count` times that scatter by `scatter_s` about it,
+/// as a share of it: of a straight line, with room for what is no white noise.
+[[nodiscard]] double clock_rate_sigma(double scatter_s, double period_s, double count);
 
 /// The line under the arrivals: nothing arrives before it was captured, so the earliest arrivals
 /// tell the clock and the others how late they were. nullopt for fewer than 8 frames, or

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -27,6 +28,29 @@ TEST(CaptureClock, LiesUnderTheArrivalsOfCountedFrames) {
   const double last = clock->start_s + clock->period_s * 5899.0 - (12.0 + 0.0333 * 899);
   EXPECT_NEAR(first, last, 0.006);
   EXPECT_NEAR(first, 0.2, 0.01);
+}
+
+TEST(CaptureClock, SaysHowFarItsPeriodMayBeOff) {
+  std::vector<double> share;
+  for (unsigned seed = 1; seed <= 40; ++seed) {
+    std::mt19937 random(seed);
+    std::exponential_distribution<double> late(1 / 0.035);
+    std::normal_distribution<double> normal;
+    std::vector<std::uint64_t> counters;
+    std::vector<double> received;
+    double wander_s = 0.0;  // the delay's own, over a minute
+    for (std::uint64_t k = 0; k < 600; ++k) {
+      wander_s += 2e-4 * normal(random);
+      counters.push_back(k);
+      received.push_back(static_cast<double>(k) / 30.0 + wander_s + late(random));
+    }
+    const auto clock = fit_capture_clock(counters, received);
+    ASSERT_TRUE(clock);
+    share.push_back(std::abs(clock->period_s * 30.0 - 1.0) / clock->rate_sigma);
+  }
+  std::sort(share.begin(), share.end());
+  EXPECT_LT(share.back(), 4.0);
+  EXPECT_GT(share[share.size() / 2], 0.1) << "so much room says nothing";
 }
 
 TEST(CaptureClock, RefusesCountersThatDoNotRiseAndTooFewFrames) {
