@@ -52,13 +52,6 @@ class IceMap {
     std::uint64_t version = 0;     ///< rises with every update that touches the tile
     std::uint64_t touched_in = 0;  ///< the map's own: which update did so last
   };
-  struct TileHash {
-    std::size_t operator()(const TileIndex& i) const {
-      const auto key = static_cast<std::uint64_t>(static_cast<std::uint32_t>(i.column)) << 32U |
-                       static_cast<std::uint32_t>(i.row);
-      return static_cast<std::size_t>((key ^ key >> 31U) * 0x9E3779B97F4A7C15U >> 16U);
-    }
-  };
   /// In no order. A hash, because the cost of an update must not know how large the map is
   /// (bench/map_extent).
   using Tiles = std::unordered_map<TileIndex, VersionedTile, TileHash>;
