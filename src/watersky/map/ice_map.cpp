@@ -15,14 +15,13 @@ namespace {
 
 constexpr int kBlock = MapTile::kBlockCells;
 
-/// Calls for each block there is, with its first column and row in the grid.
-template <class Tiles, class Use>
-void for_each_block(const Tiles& tiles, const Use& use) {
-  for (const auto& [index, versioned] : tiles)
-    for (int b = 0; b < MapTile::kBlocks * MapTile::kBlocks; ++b)
-      if (const MapTile::Block* block = versioned.tile.block(b))
-        use(index.column * kTileCells + b % MapTile::kBlocks * kBlock,
-            index.row * kTileCells + b / MapTile::kBlocks * kBlock, *block);
+/// Calls for each block of a tile, with its first column and row in the grid.
+template <class Use>
+void for_each_block(const TileIndex& index, const MapTile& tile, const Use& use) {
+  for (int b = 0; b < MapTile::kBlocks * MapTile::kBlocks; ++b)
+    if (const MapTile::Block* block = tile.block(b))
+      use(index.column * kTileCells + b % MapTile::kBlocks * kBlock,
+          index.row * kTileCells + b / MapTile::kBlocks * kBlock, *block);
 }
 
 /// Copies the seen cells that lie in `box` into a raster. `reader_of(block)` gives what reads a
@@ -31,7 +30,8 @@ template <class Pixel, class ReaderOf>
 cv::Mat raster(const IceMap::Tiles& tiles, const CellBox& box, Pixel unseen,
                const ReaderOf& reader_of) {
   cv::Mat_<Pixel> out(std::max(0, box.rows), std::max(0, box.columns), unseen);
-  for_each_block(tiles, [&](int column0, int row0, const MapTile::Block& block) {
+  if (box.empty()) return cv::Mat(out);
+  const auto copy = [&](int column0, int row0, const MapTile::Block& block) {
     const int c_from = std::max(column0, box.first_column),
               c_to = std::min(column0 + kBlock, box.end_column());
     const int r_from = std::max(row0, box.first_row), r_to = std::min(row0 + kBlock, box.end_row());
@@ -44,7 +44,19 @@ cv::Mat raster(const IceMap::Tiles& tiles, const CellBox& box, Pixel unseen,
         if (block.looks[cell] != 0) to[c - box.first_column] = static_cast<Pixel>(read(cell));
       }
     }
-  });
+  };
+  // A small piece of a large map asks for its tiles, a large piece of a small one goes over them.
+  const TileIndex first{tile_of(box.first_column), tile_of(box.first_row)};
+  const TileIndex last{tile_of(box.end_column() - 1), tile_of(box.end_row() - 1)};
+  if (1.0 * (last.column - first.column + 1) * (last.row - first.row + 1) >
+      static_cast<double>(tiles.size())) {
+    for (const auto& [index, versioned] : tiles) for_each_block(index, versioned.tile, copy);
+    return cv::Mat(out);
+  }
+  for (int row = first.row; row <= last.row; ++row)
+    for (int column = first.column; column <= last.column; ++column)
+      if (const auto found = tiles.find({column, row}); found != tiles.end())
+        for_each_block(found->first, found->second.tile, copy);
   return cv::Mat(out);
 }
 
@@ -197,7 +209,7 @@ void IceMap::predict(Time now) { clock_ = clock_ ? std::max(*clock_, now) : now;
 
 CellBox IceMap::seen() const {
   CellBox all;
-  for_each_block(tiles_, [&](int column0, int row0, const MapTile::Block& block) {
+  const auto extend = [&](int column0, int row0, const MapTile::Block& block) {
     int c0 = kBlock, c1 = -1, r0 = kBlock, r1 = -1;
     for (int r = 0; r < kBlock; ++r)
       for (int c = 0; c < kBlock; ++c)
@@ -206,7 +218,8 @@ CellBox IceMap::seen() const {
           r0 = std::min(r0, r), r1 = std::max(r1, r);
         }
     if (c1 >= 0) all = all.united({column0 + c0, row0 + r0, c1 - c0 + 1, r1 - r0 + 1});
-  });
+  };
+  for (const auto& [index, versioned] : tiles_) for_each_block(index, versioned.tile, extend);
   return all;
 }
 

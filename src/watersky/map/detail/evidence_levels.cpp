@@ -66,6 +66,7 @@ void EvidenceLevels::begin(const Evidence& evidence) {
   finer_ = units > 0 ? std::clamp(static_cast<int>(std::floor(std::log2(kMostOfFour / units))), 0,
                                   kMostFinerBits)
                      : kMostFinerBits;
+  four_add_ = units * (1 << finer_) <= kMostOfFour;
   // A frame that says more than 8 in log-odds, P beyond 0.9997, is as fine as a cell.
   steps_ = false;
   if (!levels_) return;
@@ -76,7 +77,7 @@ void EvidenceLevels::begin(const Evidence& evidence) {
   above_ = table_.back();
   threshold_ = changes == table_.end() ? std::uint8_t{255}
                                        : static_cast<std::uint8_t>(changes - table_.begin());
-  steps_ = !may_be_unknown_ && units * (1 << finer_) <= kMostOfFour &&
+  steps_ = !may_be_unknown_ && four_add_ &&
            (changes == table_.end() ||
             std::adjacent_find(changes + 1, table_.end(), std::not_equal_to<>()) == table_.end());
 }
@@ -102,23 +103,25 @@ EvidenceLevels::Level& EvidenceLevels::level(const Averaging& averaging) {
   const std::size_t size =
       static_cast<std::size_t>(l->stride) * static_cast<std::size_t>(l->height + 3);
   if (l->pixels.size() < size) l->pixels.resize(size);
-  const std::size_t across = static_cast<std::size_t>((l->width + 2 + kChunk - 1) / kChunk);
-  const std::size_t down = static_cast<std::size_t>((l->height + 2 + kChunk - 1) / kChunk);
+  const std::size_t across =
+      static_cast<std::size_t>((l->width + 2 + kChunkWidth - 1) / kChunkWidth);
+  const std::size_t down =
+      static_cast<std::size_t>((l->height + 2 + kChunkHeight - 1) / kChunkHeight);
   l->chunks.assign(across * down, kMissing);
   made_.push_back(std::move(l));
   return *made_.back();
 }
 
 bool EvidenceLevels::make(Level& level, int u0, int v0, int u1, int v1) {
-  const int across = (level.width + 2 + kChunk - 1) / kChunk;
+  const int across = (level.width + 2 + kChunkWidth - 1) / kChunkWidth;
   bool unknown = false;
-  for (int cv = (v0 + 1) / kChunk; cv <= (v1 + 1) / kChunk; ++cv)
-    for (int cu = (u0 + 1) / kChunk; cu <= (u1 + 1) / kChunk; ++cu) {
+  for (int cv = (v0 + 1) / kChunkHeight; cv <= (v1 + 1) / kChunkHeight; ++cv)
+    for (int cu = (u0 + 1) / kChunkWidth; cu <= (u1 + 1) / kChunkWidth; ++cu) {
       std::uint8_t& chunk = level.chunks[static_cast<std::size_t>(cv * across + cu)];
       if (chunk == kMissing) {
-        const int from_u = cu * kChunk - 1, from_v = cv * kChunk - 1;
-        const int to_u = std::min(from_u + kChunk, level.width + 1);
-        const int to_v = std::min(from_v + kChunk, level.height + 1);
+        const int from_u = cu * kChunkWidth - 1, from_v = cv * kChunkHeight - 1;
+        const int to_u = std::min(from_u + kChunkWidth, level.width + 1);
+        const int to_v = std::min(from_v + kChunkHeight, level.height + 1);
         make_chunk(level, from_u, from_v, to_u, to_v);
         chunk = kMade;
         for (int v = from_v; may_be_unknown_ && v < to_v && chunk == kMade; ++v) {

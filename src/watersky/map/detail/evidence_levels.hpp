@@ -52,6 +52,8 @@ class EvidenceLevels {
   /// Makes the pixels from (u0, v0) to (u1, v1), both included; whether any may be unknown.
   bool make(Level& level, int u0, int v0, int u1, int v1);
 
+  /// Whether the sum of four bilinear readings fits into 32 bits.
+  [[nodiscard]] bool four_add() const { return four_add_; }
   /// Of the full image.
   [[nodiscard]] int width_px() const { return image_.cols; }
   [[nodiscard]] int height_px() const { return image_.rows; }
@@ -60,7 +62,7 @@ class EvidenceLevels {
   [[nodiscard]] int finer_bits() const { return finer_; }
 
  private:
-  static constexpr int kChunk = 64;
+  static constexpr int kChunkWidth = 256, kChunkHeight = 32;
   static constexpr std::uint8_t kMissing = 0, kMade = 1, kMadeWithUnknown = 2;
 
   void make_chunk(Level& level, int u0, int v0, int u1, int v1);
@@ -73,6 +75,7 @@ class EvidenceLevels {
   const UpdateKernels& kernels_;
   cv::Mat image_, valid_;
   bool levels_ = false, may_be_unknown_ = false;
+  bool four_add_ = false;
   int finer_ = 0;
   std::array<std::int16_t, 256> table_{};
   /// Whether the table has but two values, and where the second begins.

@@ -73,8 +73,11 @@ void Footprint::choose_sampling(const Eigen::Matrix2d& j, FootprintPart& part) c
                                        static_cast<int>(std::ceil(least / kReachOfDoubled_px)));
     reach = kReachOfDoubled_px * part.averaging.shrink;
   }
+  // A power of 2: sums of two and four samples are means by a shift.
   const auto samples = [&](double length) {
-    return std::clamp(static_cast<int>(std::ceil(length / reach - 0.1)), 1, 16);
+    int count = 1;
+    while (count < 16 && count * 1.1 * reach < length) count *= 2;
+    return count;
   };
   part.samples_x = samples(std::sqrt(a2));
   part.samples_y = samples(std::sqrt(b2));

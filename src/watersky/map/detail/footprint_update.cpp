@@ -2,6 +2,7 @@
 #include "watersky/map/detail/footprint_update.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -15,7 +16,14 @@ constexpr double kOne = 1 << kPositionBits;
 /// Rounding of a patch's coefficients to whole numbers moves a cell by less than this.
 constexpr double kRounding_px = 0.004;
 
-std::int32_t fixed(double pixels) { return static_cast<std::int32_t>(std::lround(pixels * kOne)); }
+/// To whole numbers without a call into the library, which is half of what a block costs.
+std::int32_t nearest(double x) { return static_cast<std::int32_t>(x < 0 ? x - 0.5 : x + 0.5); }
+int whole_below(double x) {
+  const auto towards_zero = static_cast<int>(x);
+  return x < towards_zero ? towards_zero - 1 : towards_zero;
+}
+
+std::int32_t fixed(double pixels) { return nearest(pixels * kOne); }
 /// Held where positions are.
 std::int32_t bound(double pixels) { return fixed(std::clamp(pixels, -2040.0, 2040.0)); }
 
@@ -32,7 +40,7 @@ std::array<double, 6> moved(const std::array<double, 6>& c, double x, double y) 
 /// The kernels' bilinear reading, of one position: kSampleBits more bits than a pixel; false when
 /// one of the four is not known.
 bool read_one(const EvidenceLevels::Level& level, double u, double v, std::int32_t& sum) {
-  const auto iu = static_cast<int>(std::floor(u)), iv = static_cast<int>(std::floor(v));
+  const auto iu = whole_below(u), iv = whole_below(v);
   const std::int16_t* top = level.at(iu, iv);
   const std::int16_t* bottom = top + level.stride;
   const auto fu = static_cast<std::int32_t>((u - iu) * 128),
@@ -52,10 +60,14 @@ std::uint8_t turn_of(Time time) {
 }
 
 std::size_t count_of(const std::uint8_t* mask, int cells) {
-  std::size_t count = 0;
+  std::size_t bits = 0;
   for (int row = 0; row < cells; ++row)
-    for (int column = 0; column < cells; ++column) count += mask[row * kCellStride + column] & 1U;
-  return count;
+    for (int column = 0; column < cells; column += 8) {
+      std::uint64_t eight = 0;
+      std::memcpy(&eight, mask + row * kCellStride + column, sizeof eight);
+      bits += static_cast<std::size_t>(std::popcount(eight));
+    }
+  return bits / 8;
 }
 
 }  // namespace
@@ -65,7 +77,7 @@ FootprintUpdate::Placed FootprintUpdate::place(const FootprintPart& part,
   const double k = level.averaging.shrink;
   // The pixels that the part may need, of those that there are.
   const auto pixel = [&](double full, int end) {
-    return std::clamp(static_cast<int>(std::floor(level.scaled(full) - 1.0 / 64)), -1, end - 1);
+    return std::clamp(whole_below(level.scaled(full) - 1.0 / 64), -1, end - 1);
   };
   const int u0 = pixel(part.low.x(), level.width), v0 = pixel(part.low.y(), level.height);
   const int u1 = std::min(level.width, pixel(part.high.x(), level.width) + 2);
@@ -100,6 +112,23 @@ FootprintUpdate::Placed FootprintUpdate::place(const FootprintPart& part,
   placed.perhaps = {bound(first_u - slack), bound(width + slack), bound(first_v - slack),
                     bound(height + slack)};
   return placed;
+}
+
+/// The samples of a cell after the first as steps from there: those of the patch's middle, which
+/// is where they are on the mean over a block, and exact for the mean of samples that lie opposite.
+void FootprintUpdate::add_steps(const FootprintPart& part, double shrink, CellJob& job) {
+  const double h = 0.5 * part.cells;
+  const auto step = [&](const std::array<double, 6>& c, double dx, double dy) {
+    return fixed((dx * (c[1] + h * (2 * c[3] + c[4])) + dy * (c[2] + h * (2 * c[5] + c[4]))) /
+                 shrink);
+  };
+  for (int k = 1; k < part.samples_x * part.samples_y; ++k) {
+    const double dx = static_cast<double>(k % part.samples_x) / part.samples_x;
+    const double dy = static_cast<double>(k / part.samples_x) / part.samples_y;
+    job.step_u[job.steps] = step(part.patch.u, dx, dy);
+    job.step_v[job.steps] = step(part.patch.v, dx, dy);
+    ++job.steps;
+  }
 }
 
 /// Cells in the image by their patch; those nearer to its edge than a patch may err, and those that
@@ -142,7 +171,7 @@ void FootprintUpdate::sample_exactly(const Footprint& footprint, const Footprint
       if (!p) continue;
       const double u = std::clamp(level.scaled(p->u), -1.0, level.width - 1e-9);
       const double v = std::clamp(level.scaled(p->v), -1.0, level.height - 1e-9);
-      const auto iu = static_cast<int>(std::floor(u)), iv = static_cast<int>(std::floor(v));
+      const auto iu = whole_below(u), iv = whole_below(v);
       levels_.make(level, iu, iv, iu + 1, iv + 1);
       std::int32_t sum = 0;
       if (!read_one(level, u, v, sum)) continue;
@@ -155,19 +184,17 @@ void FootprintUpdate::sample_exactly(const Footprint& footprint, const Footprint
 /// Sums to means; a cell counts when at least half of its samples are known. False: none does.
 bool FootprintUpdate::finish_samples(const FootprintPart& part) {
   const int samples = part.samples_x * part.samples_y;
-  bool any = false;
+  std::uint8_t any = 0;
   for (int row = 0; row < part.cells; ++row)
     for (int column = 0; column < part.cells; ++column) {
       const auto cell = static_cast<std::size_t>(row * kCellStride + column);
       const std::int32_t known = counts_[cell];
-      const bool counts = known > 0 && 2 * known >= samples;
-      mask_[cell] = counts ? 255 : 0;
+      const std::uint8_t counts = known > 0 && 2 * known >= samples ? 255 : 0;
+      mask_[cell] = counts;
       any |= counts;
-      if (counts && known > 1)
-        sums_[cell] =
-            static_cast<std::int32_t>(std::lround(static_cast<double>(sums_[cell]) / known));
+      sums_[cell] = nearest(static_cast<double>(sums_[cell]) / std::max(1, known));
     }
-  return any;
+  return any != 0;
 }
 
 std::size_t FootprintUpdate::run(const GridView& view, const Evidence& evidence, Time time,
@@ -200,12 +227,22 @@ std::size_t FootprintUpdate::run(const GridView& view, const Evidence& evidence,
       return block_at(part.block_column, part.block_row, possible_.data());
     };
 
-    if (!part.exact && samples == 1) {
-      const Placed placed = place(part, level, 0.0, 0.0);
+    const bool all = part.inside && !part.limited && (samples == 2 || samples == 4) &&
+                     levels_.four_add() && limits.supersampling == 0;
+    if (!part.exact && (samples == 1 || all)) {
+      const double first_x = 0.5 / part.samples_x - 0.5, first_y = 0.5 / part.samples_y - 0.5;
+      Placed placed = place(part, level, first_x, first_y);
       if (!placed.unknown) {
-        if (whole && part.inside && !part.limited) {
-          MapTile::Block& block = block_at(part.block_column, part.block_row, nullptr);
-          kernels_.add(placed.job, state(block, kSumBits));
+        if (part.inside && !part.limited) {
+          add_steps(part, level.averaging.shrink, placed.job);
+          mask_.fill(255);
+          MapTile::Block& block =
+              whole ? block_at(part.block_column, part.block_row, nullptr) : open();
+          kernels_.add(
+              placed.job,
+              state(
+                  block,
+                  kSumBits + static_cast<int>(std::bit_width(static_cast<unsigned>(samples))) - 1));
           touched += static_cast<std::size_t>(part.cells) * static_cast<std::size_t>(part.cells);
           return;
         }

@@ -43,6 +43,7 @@ class FootprintUpdate {
                  double dx, double dy);
   void sample_exactly(const Footprint& footprint, const FootprintPart& part,
                       EvidenceLevels::Level& level, double dx, double dy);
+  static void add_steps(const FootprintPart& part, double shrink, CellJob& job);
   bool finish_samples(const FootprintPart& part);
 
   static constexpr std::size_t kCells = MapTile::kCellsInBlock;

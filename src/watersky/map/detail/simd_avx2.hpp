@@ -73,6 +73,8 @@ inline U8 load8(const std::uint8_t* p) {
 }
 inline void store8(std::uint8_t* p, U8 a) { _mm_storeu_si128(reinterpret_cast<__m128i*>(p), a); }
 inline U8 adds8(U8 a, U8 b) { return _mm_adds_epu8(a, b); }
+inline U8 sub8(U8 a, U8 b) { return _mm_sub_epi8(a, b); }
+inline U8 add8(U8 a, U8 b) { return _mm_add_epi8(a, b); }
 inline U8 max8(U8 a, U8 b) { return _mm_max_epu8(a, b); }
 inline U8 and8(U8 a, U8 b) { return _mm_and_si128(a, b); }
 inline U8 xor8(U8 a, U8 b) { return _mm_xor_si128(a, b); }
@@ -80,7 +82,10 @@ inline U8 equal8(U8 a, U8 b) { return _mm_cmpeq_epi8(a, b); }
 inline U8 look_up(U8 table, U8 index) { return _mm_shuffle_epi8(table, index); }
 inline I32 widen_low(U8 a) { return _mm256_cvtepu8_epi32(a); }
 inline I32 widen_high(U8 a) { return _mm256_cvtepu8_epi32(_mm_srli_si128(a, 8)); }
-inline I16 widen_mask(U8 a) { return {_mm256_cvtepi8_epi16(a)}; }
+inline I16 widen_signed(U8 a) { return {_mm256_cvtepi8_epi16(a)}; }
+inline I16 add16(I16 a, I16 b) { return {_mm256_add_epi16(a.x, b.x)}; }
+inline I16 mul16(I16 a, I16 b) { return {_mm256_mullo_epi16(a.x, b.x)}; }
+inline I16 quarter16(I16 a) { return {_mm256_srai_epi16(a.x, 2)}; }
 inline U8 narrow_mask(I32 a, I32 b) {
   const __m256i packed = pack16(a, b).x;
   return _mm_packs_epi16(_mm256_castsi256_si128(packed), _mm256_extracti128_si256(packed, 1));

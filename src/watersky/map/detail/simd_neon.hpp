@@ -115,6 +115,8 @@ inline U8 set8(std::uint8_t a) { return vdupq_n_u8(a); }
 inline U8 load8(const std::uint8_t* p) { return vld1q_u8(p); }
 inline void store8(std::uint8_t* p, U8 v) { vst1q_u8(p, v); }
 inline U8 adds8(U8 p, U8 q) { return vqaddq_u8(p, q); }
+inline U8 sub8(U8 p, U8 q) { return vsubq_u8(p, q); }
+inline U8 add8(U8 p, U8 q) { return vaddq_u8(p, q); }
 inline U8 max8(U8 p, U8 q) { return vmaxq_u8(p, q); }
 inline U8 and8(U8 p, U8 q) { return vandq_u8(p, q); }
 inline U8 xor8(U8 p, U8 q) { return veorq_u8(p, q); }
@@ -126,10 +128,13 @@ inline I32 widen(uint8x8_t v) {
 }
 inline I32 widen_low(U8 v) { return widen(vget_low_u8(v)); }
 inline I32 widen_high(U8 v) { return widen(vget_high_u8(v)); }
-inline I16 widen_mask(U8 v) {
+inline I16 widen_signed(U8 v) {
   const int8x16_t s = vreinterpretq_s8_u8(v);
   return {vmovl_s8(vget_low_s8(s)), vmovl_high_s8(s)};
 }
+inline I16 add16(I16 p, I16 q) { return {vaddq_s16(p.a, q.a), vaddq_s16(p.b, q.b)}; }
+inline I16 mul16(I16 p, I16 q) { return {vmulq_s16(p.a, q.a), vmulq_s16(p.b, q.b)}; }
+inline I16 quarter16(I16 v) { return {vshrq_n_s16(v.a, 2), vshrq_n_s16(v.b, 2)}; }
 inline U8 narrow_mask(I32 p, I32 q) {
   const I16 packed = pack16(p, q);
   return vreinterpretq_u8_s8(vcombine_s8(vqmovn_s16(packed.a), vqmovn_s16(packed.b)));

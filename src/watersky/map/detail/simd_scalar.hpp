@@ -167,6 +167,12 @@ inline void store8(std::uint8_t* p, const U8& a) { std::memcpy(p, a.x, sizeof a.
 inline U8 adds8(const U8& a, const U8& b) {
   return each<U8>([&](int i) { return a.x[i] + b.x[i] > 255 ? 255 : a.x[i] + b.x[i]; });
 }
+inline U8 sub8(const U8& a, const U8& b) {
+  return each<U8>([&](int i) { return a.x[i] - b.x[i]; });
+}
+inline U8 add8(const U8& a, const U8& b) {
+  return each<U8>([&](int i) { return a.x[i] + b.x[i]; });
+}
 inline U8 max8(const U8& a, const U8& b) {
   return each<U8>([&](int i) { return a.x[i] > b.x[i] ? a.x[i] : b.x[i]; });
 }
@@ -189,10 +195,21 @@ inline I32 widen_low(const U8& a) {
 inline I32 widen_high(const U8& a) {
   return each<I32>([&](int i) { return a.x[i + 8]; });
 }
-/// A mask of bytes as a mask of 16 bits, and a mask of 32 bits as one of bytes.
-inline I16 widen_mask(const U8& a) {
-  return each<I16>([&](int i) { return a.x[i] != 0 ? -1 : 0; });
+/// Signed bytes as 16 bits.
+inline I16 widen_signed(const U8& a) {
+  return each<I16>([&](int i) { return static_cast<std::int8_t>(a.x[i]); });
 }
+/// Of 16 bits: low halves of sums, of products; a shift to the right by 2.
+inline I16 add16(const I16& a, const I16& b) {
+  return each<I16>([&](int i) { return low(a.x[i] + b.x[i]); });
+}
+inline I16 mul16(const I16& a, const I16& b) {
+  return each<I16>([&](int i) { return low(a.x[i] * b.x[i]); });
+}
+inline I16 quarter16(const I16& a) {
+  return each<I16>([&](int i) { return a.x[i] >> 2; });
+}
+/// A mask of 32 bits as one of bytes.
 inline U8 narrow_mask(const I32& a, const I32& b) {
   return each<U8>([&](int i) { return (i < 8 ? a.x[i] : b.x[i - 8]) != 0 ? 255 : 0; });
 }

@@ -104,6 +104,8 @@ inline U8 set8(std::uint8_t a) { return _mm_set1_epi8(static_cast<char>(a)); }
 inline U8 load8(const std::uint8_t* p) { return load_vector(p); }
 inline void store8(std::uint8_t* p, U8 v) { store_vector(p, v); }
 inline U8 adds8(U8 p, U8 q) { return _mm_adds_epu8(p, q); }
+inline U8 sub8(U8 p, U8 q) { return _mm_sub_epi8(p, q); }
+inline U8 add8(U8 p, U8 q) { return _mm_add_epi8(p, q); }
 inline U8 max8(U8 p, U8 q) { return _mm_max_epu8(p, q); }
 inline U8 and8(U8 p, U8 q) { return _mm_and_si128(p, q); }
 inline U8 xor8(U8 p, U8 q) { return _mm_xor_si128(p, q); }
@@ -113,9 +115,12 @@ inline I32 widen_low(U8 v) {
   return {_mm_cvtepu8_epi32(v), _mm_cvtepu8_epi32(_mm_srli_si128(v, 4))};
 }
 inline I32 widen_high(U8 v) { return widen_low(_mm_srli_si128(v, 8)); }
-inline I16 widen_mask(U8 v) {
+inline I16 widen_signed(U8 v) {
   return {_mm_cvtepi8_epi16(v), _mm_cvtepi8_epi16(_mm_srli_si128(v, 8))};
 }
+inline I16 add16(I16 p, I16 q) { return {_mm_add_epi16(p.a, q.a), _mm_add_epi16(p.b, q.b)}; }
+inline I16 mul16(I16 p, I16 q) { return {_mm_mullo_epi16(p.a, q.a), _mm_mullo_epi16(p.b, q.b)}; }
+inline I16 quarter16(I16 v) { return {_mm_srai_epi16(v.a, 2), _mm_srai_epi16(v.b, 2)}; }
 inline U8 narrow_mask(I32 p, I32 q) {
   const I16 packed = pack16(p, q);
   return _mm_packs_epi16(packed.a, packed.b);

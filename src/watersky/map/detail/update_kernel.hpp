@@ -36,6 +36,10 @@ struct CellJob {
   /// Positions are held between 0 and these by those functions that take a mask: a cell that is
   /// not wanted may fall anywhere.
   std::int32_t highest_u, highest_v;
+  /// `add` sums over further samples of each cell, so far from the first; 0, 1 or 3 of them.
+  static constexpr int kMostSteps = 3;
+  int steps;
+  std::int32_t step_u[kMostSteps], step_v[kMostSteps];
 };
 
 /// The cells' state. `evidence` takes (sum + dither) >> shift; the dither depends on the number of
@@ -58,7 +62,7 @@ struct Window {
 
 struct UpdateKernels {
   const char* name;
-  /// Adds one look to all cells.
+  /// Adds one look to all cells. The shift of the state knows of the samples.
   void (*add)(const CellJob&, const CellState&);
   /// Adds one look to the cells whose mask is 255 (others: 0).
   void (*add_masked)(const CellJob&, const CellState&, const std::uint8_t* mask);

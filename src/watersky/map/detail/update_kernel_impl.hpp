@@ -79,7 +79,7 @@ inline void add_look(const CellState& s, int cell, const I32& low, const I32& hi
   I16 after = max16(min16(adds16(before, look), set16(s.highest)), set16(s.lowest));
   U8 one = set8(1), place = set8(s.place);
   if constexpr (kMasked) {
-    after = choose16(widen_mask(mask), before, after);
+    after = choose16(widen_signed(mask), before, after);
     one = and8(one, mask);
     place = and8(place, mask);
   }
@@ -90,9 +90,14 @@ inline void add_look(const CellState& s, int cell, const I32& low, const I32& hi
 
 inline I32 within(I32 x, I32 highest) { return min32(max32(x, set32(0)), highest); }
 
-template <bool kMasked>
+template <bool kMasked, bool kMany>
 void add_cells(const CellJob& job, const CellState& state, const std::uint8_t* mask) {
   const I32 stride = pack_stride(job.stride);
+  I32 step_u[CellJob::kMostSteps], step_v[CellJob::kMostSteps];
+  for (int s = 0; kMany && s < job.steps; ++s) {
+    step_u[s] = set32(job.step_u[s]);
+    step_v[s] = set32(job.step_v[s]);
+  }
   const I32 highest_u = set32(job.highest_u), highest_v = set32(job.highest_v);
   for (int column = 0; column < job.columns; column += 16) {
     Positions p(job.at, column);
@@ -106,15 +111,22 @@ void add_cells(const CellJob& job, const CellState& state, const std::uint8_t* m
                        .sum;
         else
           sum[h] = read(job.image, job.stride, stride, p.u[h], p.v[h]).sum;
+        for (int s = 0; kMany && s < job.steps; ++s)
+          sum[h] = add32(sum[h], read(job.image, job.stride, stride, add32(p.u[h], step_u[s]),
+                                      add32(p.v[h], step_v[s]))
+                                     .sum);
       }
       add_look<kMasked>(state, cell, sum[0], sum[1], kMasked ? load8(mask + cell) : set8(255));
     }
   }
 }
 
-void add(const CellJob& job, const CellState& state) { add_cells<false>(job, state, nullptr); }
+void add(const CellJob& job, const CellState& state) {
+  if (job.steps == 0) return add_cells<false, false>(job, state, nullptr);
+  add_cells<false, true>(job, state, nullptr);
+}
 void add_masked(const CellJob& job, const CellState& state, const std::uint8_t* mask) {
-  add_cells<true>(job, state, mask);
+  add_cells<true, false>(job, state, mask);
 }
 
 void sample(const CellJob& job, const std::uint8_t* mask, std::int32_t* sums,
@@ -173,30 +185,58 @@ void mark(const CellJob& job, const Window& surely, const Window& perhaps, std::
   }
 }
 
-// --- Pixels: loops that the compiler turns into vector code --------------------------------
+// --- Pixels ---------------------------------------------------------------------------------
+
+/// A level above the threshold is not below the next; 255 where it is.
+struct Above {
+  explicit Above(std::uint8_t threshold)
+      : possible(set8(threshold == 255 ? 0 : 255)),
+        next(set8(static_cast<std::uint8_t>(threshold + 1))) {}
+  U8 operator()(const std::uint8_t* levels) const {
+    const U8 l = load8(levels);
+    return and8(equal8(max8(l, next), l), possible);
+  }
+  U8 possible, next;
+};
 
 void threshold(const std::uint8_t* levels, int count, std::uint8_t threshold, std::int16_t below,
                std::int16_t above, std::int16_t* out) {
-  for (int i = 0; i < count; ++i) out[i] = levels[i] > threshold ? above : below;
+  const Above is_above(threshold);
+  const I16 no = set16(below), yes = set16(above);
+  int i = 0;
+  for (; i + 16 <= count; i += 16)
+    store16(out + i, choose16(widen_signed(is_above(levels + i)), no, yes));
+  for (; i < count; ++i) out[i] = levels[i] > threshold ? above : below;
 }
 
 void threshold_2x2(const std::uint8_t* levels, const std::uint8_t* next_row, int count,
                    std::uint8_t threshold, std::int16_t below, std::int16_t above,
                    std::int16_t* out) {
+  // 4 below + n (above - below) fits into 16 bits, whatever its parts overflow by.
   const auto four = static_cast<std::int16_t>(4 * below + 2);
   const auto step = static_cast<std::int16_t>(above - below);
-  for (int i = 0; i < count; ++i) {
-    const auto n =
-        static_cast<std::uint8_t>((levels[i] > threshold) + (levels[i + 1] > threshold) +
-                                  (next_row[i] > threshold) + (next_row[i + 1] > threshold));
+  const Above is_above(threshold);
+  const I16 from = set16(four), down = set16(static_cast<std::int16_t>(-step));
+  int i = 0;
+  for (; i + 16 <= count; i += 16) {
+    const U8 minus_n = add8(add8(is_above(levels + i), is_above(levels + i + 1)),
+                            add8(is_above(next_row + i), is_above(next_row + i + 1)));
+    store16(out + i, quarter16(add16(from, mul16(widen_signed(minus_n), down))));
+  }
+  for (; i < count; ++i) {
+    const int n = (levels[i] > threshold) + (levels[i + 1] > threshold) +
+                  (next_row[i] > threshold) + (next_row[i + 1] > threshold);
     out[i] = static_cast<std::int16_t>(static_cast<std::int16_t>(four + n * step) >> 2);
   }
 }
 
 void count_above(const std::uint8_t* levels, int count, std::uint8_t threshold,
                  std::uint8_t* counts) {
-  for (int i = 0; i < count; ++i)
-    counts[i] = static_cast<std::uint8_t>(counts[i] + (levels[i] > threshold));
+  const Above is_above(threshold);
+  int i = 0;
+  for (; i + 16 <= count; i += 16)
+    store8(counts + i, sub8(load8(counts + i), is_above(levels + i)));
+  for (; i < count; ++i) counts[i] = static_cast<std::uint8_t>(counts[i] + (levels[i] > threshold));
 }
 
 template <int K>

@@ -55,6 +55,11 @@ class UpdateKernel : public testing::Test {
     job.image = image_.data();
     job.stride = kWidth;
     job.highest_u = ((kWidth - 1) << kPositionBits) - 1;
+    job.steps = stays ? std::array{0, 1, 3}[static_cast<std::size_t>(pick(0, 2))] : 0;
+    for (int s = 0; s < job.steps; ++s) {
+      job.step_u[s] = pick(-5 * one, 5 * one);
+      job.step_v[s] = pick(-5 * one, 5 * one);
+    }
     job.highest_v = ((kHeight - 1) << kPositionBits) - 1;
     return job;
   }
@@ -154,7 +159,7 @@ TEST_F(UpdateKernel, ReadsBilinearlyToTheWeightsOf128ths) {
   const UpdateKernels& k = update_kernels();
   for (auto& p : image_) p = static_cast<std::int16_t>(p == kUnknownPixel ? 0 : p / 16);
   for (int i = 0; i < 200; ++i) {
-    CellJob job = random_job(true);
+    const CellJob job = random_job(true);
     std::array<std::int32_t, 1024> sums{}, counts{};
     k.sample(job, mask.data(), sums.data(), counts.data());
     for (int row = 0; row < job.rows; ++row)
