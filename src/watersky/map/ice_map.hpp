@@ -81,7 +81,7 @@ class IceMap {
 
   /// Adds one frame, whose evidence is for each pixel of an image of the view's camera (scale the
   /// view to the evidence first). Each cell takes the mean over its own area in the image, by
-  /// docs/decisions/0014; a cell of which less than half shows known pixels is not touched. Cells
+  /// docs/decisions/0015; a cell of which less than half shows known pixels is not touched. Cells
   /// keep whole numbers of 1/1024: a look is rounded up or down by less than one, in turns, so
   /// that the mean over looks is not biased (IceMap.RoundingDoesNotBias). Returns the number of
   /// cells touched. InvalidInput when the size contradicts the view, and for images wider or
