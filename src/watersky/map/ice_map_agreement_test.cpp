@@ -40,7 +40,7 @@ class Agreement : public testing::TestWithParam<int> {
 // Equal sampling (one bilinear sample a cell). The picture is a slope, which bilinear reading keeps
 // exactly, so that the oracle may interpolate twice (once to take the distortion out). What is left
 // is where: the oracle rounds positions to 1/32 pixel, with distortion twice, so it is off by up
-// to 1/64 each time; ours are off by up to 1/64 and read by weights of 1/128. Along each axis that
+// to 1/64 each time; ours are off by up to 1/32 and read by weights of 1/128. Along each axis that
 // is less than 1/16 of a pixel, and a cell adds 1/1024 of rounding.
 TEST_P(Agreement, WithAlgorithm1OverLensesSizesAndPoses) {
   int poses = 0;
@@ -130,7 +130,7 @@ TEST(IceMapSampling, EveryPixelCountsForItsArea) {
       const double share = cv::sum(l)[0] / 7.0 * pixels * pixels;
       // Below, a cell's 1/1024 and the dither of all cells around say more than the pixel.
       if (pixels <= 6.0) {
-        EXPECT_GT(share, 0.3) << pixels;
+        EXPECT_GT(share, 0.25) << pixels;
         EXPECT_LT(share, 1.75) << pixels;
       }
       sum += share / kTries;

@@ -16,7 +16,7 @@ constexpr std::size_t kBlockCount =
     static_cast<std::size_t>(MapTile::kBlocks) * static_cast<std::size_t>(MapTile::kBlocks);
 static_assert(kBlockCount == 64, "encode() tells which blocks there are in 64 bits");
 
-/// Lists of times have room for this many before they are looked through.
+/// Lists of times have room for this many before they are looked through, and grow by as many.
 constexpr std::size_t kFewTimes = 16;
 
 template <class T>
@@ -74,8 +74,8 @@ std::uint8_t MapTile::Block::place_of(Time time) {
   if (times.size() == kMostTimes ||
       (times.size() >= kFewTimes && times.size() == times.capacity())) {
     drop_unused_times();
-    if (times.size() > times.capacity() / 2 && times.size() < kMostTimes)
-      times.reserve(std::min(kMostTimes, 2 * times.capacity()));
+    if (times.size() + kFewTimes / 2 > times.capacity())
+      times.reserve(std::min(kMostTimes, times.capacity() + kFewTimes));
     if (times.size() == kMostTimes) {
       std::size_t nearest = 1;
       for (std::size_t i = 2; i < times.size(); ++i)

@@ -24,7 +24,8 @@ std::optional<Pixel> CellProjection::rolling(double column, double row) const {
   const double rows = view_.camera.height_px();
   auto p = view_.camera.project(Vector<Camera>{middle});
   for (int round = 0; round < kRounds && p; ++round) {
-    const double share = std::clamp((p->v + 0.5) / rows - 0.5, -0.5, 0.5);
+    // Beyond the image a little, so that nothing bends at its edge.
+    const double share = std::clamp((p->v + 0.5) / rows - 0.5, -1.0, 1.0);
     p = view_.camera.project(Vector<Camera>{middle + share * roll});
   }
   return p;

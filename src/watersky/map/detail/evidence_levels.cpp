@@ -34,12 +34,9 @@ std::pair<float, bool> largest(const cv::Mat& image) {
   return {most, none != 0};
 }
 
-/// As the kernel rounds: a half goes up.
 std::int16_t mean_of(std::int32_t sum, std::int32_t count) {
-  const std::int32_t twice = 2 * sum + count;
-  const std::int32_t floor =
-      twice >= 0 ? twice / (2 * count) : -((-twice + 2 * count - 1) / (2 * count));
-  return static_cast<std::int16_t>(floor);
+  const double mean = static_cast<double>(sum) / count;
+  return static_cast<std::int16_t>(mean < 0 ? mean - 0.5 : mean + 0.5);
 }
 
 }  // namespace
@@ -216,14 +213,9 @@ void EvidenceLevels::shrunk_row(const Averaging& averaging, int width, int heigh
         kernels_.sum_counts(counts_.data(), k, n, count_table_.data(), inside);
       } else {
         sums_.assign(static_cast<std::size_t>(n), 0);
-        for (int y = v * k; y < (v + 1) * k; ++y) {
-          const std::uint8_t* p = image_.ptr<std::uint8_t>(y, from * k);
-          for (int i = 0; i < n; ++i) {
-            std::int32_t sum = 0;
-            for (int j = 0; j < k; ++j) sum += table_[*p++];
-            sums_[static_cast<std::size_t>(i)] += sum;
-          }
-        }
+        for (int y = v * k; y < (v + 1) * k; ++y)
+          kernels_.sum_table(image_.ptr<std::uint8_t>(y, from * k), k, n, table_.data(),
+                             sums_.data());
         for (int i = 0; i < n; ++i) inside[i] = mean_of(sums_[static_cast<std::size_t>(i)], k * k);
       }
       if (whole < to) shrunk_carefully(k, v, whole, to - whole, inside + n);

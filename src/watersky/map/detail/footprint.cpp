@@ -63,7 +63,8 @@ void Footprint::choose_sampling(const Eigen::Matrix2d& j, FootprintPart& part) c
   // The smaller singular value: how many pixels a cell covers where it covers fewest.
   const double a2 = j.col(0).squaredNorm(), b2 = j.col(1).squaredNorm();
   const double along = j.col(0).dot(j.col(1));
-  const double half = 0.5 * (a2 + b2), root = std::hypot(0.5 * (a2 - b2), along);
+  const double half = 0.5 * (a2 + b2),
+               root = std::sqrt(0.25 * (a2 - b2) * (a2 - b2) + along * along);
   const double least = std::sqrt(std::max(0.0, half - root));
   double reach = kReachOfPlain_px;
   if (least > kReachOfPlain_px) {
@@ -110,6 +111,7 @@ bool Footprint::fit(const Nodes& n, FootprintPart& part) const {
   choose_sampling(jacobian, part);
 
   const double tolerance = kTolerance_px * part.averaging.shrink;
+  const double most = kMostError_px * part.averaging.shrink;
   const auto off = [&](double x, double y, const Node& exact) {
     const Pixel p = about_middle.at(x, y);
     return std::max(std::abs(p.u - exact.u), std::abs(p.v - exact.v));
@@ -124,7 +126,7 @@ bool Footprint::fit(const Nodes& n, FootprintPart& part) const {
                 g * (std::abs(c[3]) + std::abs(c[4]) + std::abs(c[5])));
   };
   const Eigen::Vector2d middle(centred[0][0], centred[1][0]);
-  const Eigen::Vector2d around(spread(centred[0]) + tolerance, spread(centred[1]) + tolerance);
+  const Eigen::Vector2d around(spread(centred[0]) + most, spread(centred[1]) + most);
   part.low = middle - around;
   part.high = middle + around;
   const Eigen::Vector2d first(-0.5, -0.5);

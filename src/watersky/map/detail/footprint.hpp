@@ -41,8 +41,10 @@ struct FootprintPart {
 
 class Footprint {
  public:
-  /// How far a patch may be off, in pixels of the averaged image.
+  /// How far a patch may be off where it is compared, and is anywhere (footprint_test.cpp), in
+  /// pixels of the averaged image.
   static constexpr double kTolerance_px = 1.0 / 64;
+  static constexpr double kMostError_px = 1.0 / 32;
 
   /// `supersampling`: samples along a cell's edge, of the image as it is; 0: chosen by place.
   Footprint(const GridView& view, int supersampling);

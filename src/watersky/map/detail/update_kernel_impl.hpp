@@ -62,61 +62,85 @@ inline Reading read(const std::int16_t* image, int stride, I32 stride_and_one, I
 
 inline I32 pack_stride(int stride) { return set32((stride << 16) | 1); }
 
-/// One look at 16 cells: evidence, looks and the place of the time.
-template <bool kMasked>
-inline void add_look(const CellState& s, int cell, const I32& low, const I32& high, U8 mask) {
+/// One look at cells: evidence, looks and the place of the time. Everything that stays the same is
+/// held here by value: what is written to the cells could else have changed it.
+class Look {
+ public:
+  explicit Look(const CellState& s)
+      : evidence_(s.evidence),
+        looks_(s.looks),
+        seen_(s.seen),
+        lowest_(set16(s.lowest)),
+        highest_(set16(s.highest)),
+        place_(set8(s.place)),
+        turn_(set8(s.turn)),
+        shift_(s.shift) {}
+
+  template <bool kMasked>
+  void add(int cell, const I32& low, const I32& high, U8 mask) const {
+    const U8 looks = load8(looks_ + cell);
+    const U8 dither =
+        xor8(look_up(bits_reversed_, and8(looks, set8(15))), and8(equal8(looks, set8(255)), turn_));
+    const auto rounded = [&](I32 sum, I32 d) {
+      const I32 middle = add32(add32(d, d), set32(1));  // the middle of a sixteenth
+      return sra32_by(add32(sum, shl32_by(middle, shift_ - 5)), shift_);
+    };
+    const I16 look = pack16(rounded(low, widen_low(dither)), rounded(high, widen_high(dither)));
+    const I16 before = load16(evidence_ + cell);
+    I16 after = max16(min16(adds16(before, look), highest_), lowest_);
+    U8 one = set8(1), place = place_;
+    if constexpr (kMasked) {
+      after = choose16(widen_signed(mask), before, after);
+      one = and8(one, mask);
+      place = and8(place, mask);
+    }
+    store16(evidence_ + cell, after);
+    store8(looks_ + cell, adds8(looks, one));
+    store8(seen_ + cell, max8(load8(seen_ + cell), place));
+  }
+
+ private:
   alignas(16) static constexpr std::uint8_t kBitsReversed[16] = {0, 8, 4, 12, 2, 10, 6, 14,
                                                                  1, 9, 5, 13, 3, 11, 7, 15};
-  const U8 looks = load8(s.looks + cell);
-  const U8 dither = xor8(look_up(load8(kBitsReversed), and8(looks, set8(15))),
-                         and8(equal8(looks, set8(255)), set8(s.turn)));
-  const auto rounded = [&](I32 sum, I32 d) {
-    const I32 middle = add32(add32(d, d), set32(1));  // the middle of a sixteenth
-    return sra32_by(add32(sum, shl32_by(middle, s.shift - 5)), s.shift);
-  };
-  const I16 look = pack16(rounded(low, widen_low(dither)), rounded(high, widen_high(dither)));
-  const I16 before = load16(s.evidence + cell);
-  I16 after = max16(min16(adds16(before, look), set16(s.highest)), set16(s.lowest));
-  U8 one = set8(1), place = set8(s.place);
-  if constexpr (kMasked) {
-    after = choose16(widen_signed(mask), before, after);
-    one = and8(one, mask);
-    place = and8(place, mask);
-  }
-  store16(s.evidence + cell, after);
-  store8(s.looks + cell, adds8(looks, one));
-  store8(s.seen + cell, max8(load8(s.seen + cell), place));
-}
+  std::int16_t* evidence_;
+  std::uint8_t *looks_, *seen_;
+  I16 lowest_, highest_;
+  U8 place_, turn_, bits_reversed_ = load8(kBitsReversed);
+  int shift_;
+};
 
 inline I32 within(I32 x, I32 highest) { return min32(max32(x, set32(0)), highest); }
 
 template <bool kMasked, bool kMany>
 void add_cells(const CellJob& job, const CellState& state, const std::uint8_t* mask) {
-  const I32 stride = pack_stride(job.stride);
+  const Look look(state);
+  const std::int16_t* const image = job.image;
+  const int stride = job.stride, columns = job.columns, rows = job.rows, steps = job.steps;
+  const I32 stride_and_one = pack_stride(stride);
+  const I32 highest_u = set32(job.highest_u), highest_v = set32(job.highest_v);
   I32 step_u[CellJob::kMostSteps], step_v[CellJob::kMostSteps];
-  for (int s = 0; kMany && s < job.steps; ++s) {
+  for (int s = 0; kMany && s < steps; ++s) {
     step_u[s] = set32(job.step_u[s]);
     step_v[s] = set32(job.step_v[s]);
   }
-  const I32 highest_u = set32(job.highest_u), highest_v = set32(job.highest_v);
-  for (int column = 0; column < job.columns; column += 16) {
+  for (int column = 0; column < columns; column += 16) {
     Positions p(job.at, column);
-    for (int row = 0; row < job.rows; ++row, p.next_row()) {
+    for (int row = 0; row < rows; ++row, p.next_row()) {
       const int cell = row * kCellStride + column;
       I32 sum[2];
       for (int h = 0; h < 2; ++h) {
         if constexpr (kMasked)
-          sum[h] = read(job.image, job.stride, stride, within(p.u[h], highest_u),
+          sum[h] = read(image, stride, stride_and_one, within(p.u[h], highest_u),
                         within(p.v[h], highest_v))
                        .sum;
         else
-          sum[h] = read(job.image, job.stride, stride, p.u[h], p.v[h]).sum;
-        for (int s = 0; kMany && s < job.steps; ++s)
-          sum[h] = add32(sum[h], read(job.image, job.stride, stride, add32(p.u[h], step_u[s]),
+          sum[h] = read(image, stride, stride_and_one, p.u[h], p.v[h]).sum;
+        for (int s = 0; kMany && s < steps; ++s)
+          sum[h] = add32(sum[h], read(image, stride, stride_and_one, add32(p.u[h], step_u[s]),
                                       add32(p.v[h], step_v[s]))
                                      .sum);
       }
-      add_look<kMasked>(state, cell, sum[0], sum[1], kMasked ? load8(mask + cell) : set8(255));
+      look.add<kMasked>(cell, sum[0], sum[1], kMasked ? load8(mask + cell) : set8(255));
     }
   }
 }
@@ -158,10 +182,11 @@ void sample(const CellJob& job, const std::uint8_t* mask, std::int32_t* sums,
 
 void add_sums(int columns, int rows, const std::int32_t* sums, const CellState& state,
               const std::uint8_t* mask) {
+  const Look look(state);
   for (int row = 0; row < rows; ++row)
     for (int column = 0; column < columns; column += 16) {
       const int cell = row * kCellStride + column;
-      add_look<true>(state, cell, load32(sums + cell), load32(sums + cell + 8), load8(mask + cell));
+      look.add<true>(cell, load32(sums + cell), load32(sums + cell + 8), load8(mask + cell));
     }
 }
 
@@ -261,6 +286,25 @@ void sum_counts(const std::uint8_t* counts, int k, int count, const std::int16_t
   }
 }
 
+template <int K>
+void sum_table_groups(const std::uint8_t* levels, int k, int count, const std::int16_t* table,
+                      std::int32_t* sums) {
+  const int n = K > 0 ? K : k;
+  for (int i = 0; i < count; ++i, levels += n) {
+    std::int32_t sum = 0;
+    for (int j = 0; j < n; ++j) sum += table[levels[j]];
+    sums[i] += sum;
+  }
+}
+
+void sum_table(const std::uint8_t* levels, int k, int count, const std::int16_t* table,
+               std::int32_t* sums) {
+  if (k == 2) return sum_table_groups<2>(levels, k, count, table, sums);
+  if (k == 3) return sum_table_groups<3>(levels, k, count, table, sums);
+  if (k == 4) return sum_table_groups<4>(levels, k, count, table, sums);
+  sum_table_groups<0>(levels, k, count, table, sums);
+}
+
 void mean_2x2(const std::int16_t* values, const std::int16_t* next_row, int count,
               std::int16_t* out) {
   for (int i = 0; i < count; ++i)
@@ -270,7 +314,7 @@ void mean_2x2(const std::int16_t* values, const std::int16_t* next_row, int coun
 
 constexpr UpdateKernels kKernels{kInstructionSet, add,        add_masked, sample,
                                  add_sums,        mark,       threshold,  threshold_2x2,
-                                 count_above,     sum_counts, mean_2x2};
+                                 count_above,     sum_counts, sum_table,  mean_2x2};
 
 }  // namespace
 }  // namespace watersky::detail
