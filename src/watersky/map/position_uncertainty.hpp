@@ -27,7 +27,7 @@ class PositionUncertainty {
   static constexpr int kBlockCells = 16;
 
   /// Adds one frame's: the mean over looks is kept. The covariance is asked for at a few places
-  /// and interpolated between them to 1 % of its trace, as two places between them show.
+  /// and interpolated: to 1 % of its trace where that is compared, to 2 % elsewhere.
   void add(const GridView& view, const PositionCovariance& covariance);
 
   [[nodiscard]] bool empty() const { return tiles_.empty(); }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// The lanes of simd_scalar.hpp, which says what each does, in SSE4.1.
-#include <smmintrin.h>
+#include <immintrin.h>
 
 #include <cstdint>
 #include <cstring>

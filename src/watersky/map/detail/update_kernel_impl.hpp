@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#pragma once
 /// The source of every set of kernels: include a simd_….hpp first, then this, in a file compiled
 /// for that instruction set. Everything here is in an unnamed namespace, and nothing of the
 /// standard library is used that has code of its own.
