@@ -4,39 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "watersky/map/detail/polygon_span.hpp"
+
 namespace watersky {
-
-namespace {
-
-/// The columns that a closed polygon covers between two values of y.
-std::pair<double, double> span_between(const std::vector<Eigen::Vector2d>& polygon, double y0,
-                                       double y1) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Eigen::Vector2d& a = polygon[i];
-    const Eigen::Vector2d& b = polygon[(i + 1) % polygon.size()];
-    const double from = std::max(y0, std::min(a.y(), b.y()));
-    const double to = std::min(y1, std::max(a.y(), b.y()));
-    if (from > to) continue;
-    const double dy = b.y() - a.y();
-    for (const double y : {from, to}) {
-      const double t = dy == 0 ? 0.0 : (y - a.y()) / dy;
-      const double x = a.x() + t * (b.x() - a.x());
-      low = std::min(low, x);
-      high = std::max(high, x);
-    }
-    if (dy == 0) {
-      low = std::min(low, b.x());
-      high = std::max(high, b.x());
-    }
-  }
-  return {low, high};
-}
-
-}  // namespace
 
 CellSampler::CellSampler(const GridView& view, int per_edge)
     : view_(view),
+      projection_(view),
       per_edge_(per_edge > 0
                     ? per_edge
                     : std::clamp(static_cast<int>(std::lround(view.pixels_per_cell)), 1, 16)) {
@@ -51,7 +25,7 @@ CellSampler::CellSampler(const GridView& view, int per_edge)
 
 CellSampler::Row CellSampler::row(int grid_row) {
   Row row;
-  const auto [low, high] = span_between(view_.footprint, grid_row - 0.5, grid_row + 0.5);
+  const auto [low, high] = detail::span_between(view_.footprint, grid_row - 0.5, grid_row + 0.5);
   if (!(low <= high)) return row;
   // An outline of finitely many corners cuts the bulges of a distorted edge; a cell's margin
   // covers that, and samples off the image are dropped one by one below.
@@ -81,37 +55,13 @@ CellSampler::Row CellSampler::row(int grid_row) {
   return row;
 }
 
-/// Which row sees a place depends on where the place is seen: from the middle row's pose on, each
-/// round comes nearer by the share of a row that the picture moves while one is read.
-void CellSampler::project_rolling(double first_x, double y, int count, float* u_out,
-                                  float* v_out) const {
-  constexpr int kRounds = 3;
-  const Eigen::Vector3d at(first_x, y, 1.0);
-  const Eigen::Vector3d start = view_.camera_from_grid * at, step = view_.camera_from_grid.col(0);
-  const Eigen::Vector3d start_roll = view_.roll * at, step_roll = view_.roll.col(0);
-  const double rows = view_.camera.height_px();
-  for (int i = 0; i < count; ++i) {
-    const Eigen::Vector3d middle = start + i * step, roll = start_roll + i * step_roll;
-    auto p = view_.camera.project(Vector<Camera>{middle});
-    for (int round = 0; round < kRounds && p; ++round) {
-      const double share = std::clamp((p->v + 0.5) / rows - 0.5, -0.5, 0.5);
-      p = view_.camera.project(Vector<Camera>{middle + share * roll});
-    }
-    const bool seen = p && view_.camera.contains(*p);
-    u_out[i] = seen ? static_cast<float>(p->u) : kUnseen;
-    v_out[i] = seen ? static_cast<float>(p->v) : 0.0F;
-  }
-}
-
 void CellSampler::project_line(double first_x, double y, int count, float* u_out,
                                float* v_out) const {
   const Eigen::Vector3d start = view_.camera_from_grid * Eigen::Vector3d(first_x, y, 1.0);
   const Eigen::Vector3d step = view_.camera_from_grid.col(0);
   const Eigen::Matrix3d& a = view_.camera.camera_matrix();
 
-  if (rolls_) {
-    project_rolling(first_x, y, count, u_out, v_out);
-  } else if (!view_.camera.distorts()) {
+  if (!rolls_ && !view_.camera.distorts()) {
     // Positions are exact in double and rounded to float: 2^-13 pixel at 4000 pixels.
     const double x0 = start.x(), y0 = start.y(), z0 = start.z();
     const double dx = step.x(), dy = step.y(), dz = step.z();
@@ -129,7 +79,7 @@ void CellSampler::project_line(double first_x, double y, int count, float* u_out
     }
   } else {
     for (int i = 0; i < count; ++i) {
-      const auto p = view_.camera.project(Vector<Camera>{start + i * step});
+      const auto p = projection_(first_x + i, y);
       const bool seen = p && view_.camera.contains(*p);
       u_out[i] = seen ? static_cast<float>(p->u) : kUnseen;
       v_out[i] = seen ? static_cast<float>(p->v) : 0.0F;

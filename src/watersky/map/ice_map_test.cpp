@@ -211,22 +211,6 @@ TEST(IceMap, EvidenceIsClampedSoThatAChangedSeaChangesTheMap) {
   EXPECT_NEAR(low.at<float>(0, 0), 0.01, 1e-3);
 }
 
-TEST(IceMap, PredictionForgetsTowardsThePriorAndLeavesTheUnseenAlone) {
-  const FlatGrid grid;
-  const auto view =
-      test::grid_view(test::pinhole(), test::pose({0, 0, -40.0}, {0_deg, -90_deg, 0_deg}), grid);
-  IceMap map = IceMap::make({.prior = 0.25}).value();
-  ASSERT_TRUE(map.update(view, cv::Mat(120, 160, CV_32F, cv::Scalar(2.0)), Time{}).ok());
-  const auto dynamics = CellDynamics::make(0.97, 0.01, 10.0, 0.25).value();
-  const cv::Mat before_mat = map.probability({120, 74, 1, 1});
-  const double before = before_mat.at<float>(0, 0);
-  map.predict(dynamics, 35.0);
-  const cv::Mat after = map.probability({120, 74, 1, 1});
-  EXPECT_NEAR(after.at<float>(0, 0), dynamics.predict(before, 35.0), 1e-5);
-  const cv::Mat l = map.log_odds({0, 0, 1, 1});
-  EXPECT_NEAR(l.at<float>(0, 0), log_odds(0.25), 1e-6);
-}
-
 TEST(IceMap, TilesMeetWithoutASeamAlsoAtNegativeIndices) {
   FlatGrid grid;
   grid.north_m = -0.25;  // the camera stands over the corner of four tiles

@@ -29,7 +29,11 @@ class CellDynamics {
 
   /// p_k = π + λ^(elapsed/step) (p - π), λ = P(ice|ice) - P(ice|water).
   [[nodiscard]] double predict(double probability, double elapsed_s) const {
-    return stationary_ + std::pow(lambda_, elapsed_s / step_s_) * (probability - stationary_);
+    return stationary_ + remaining(elapsed_s) * (probability - stationary_);
+  }
+  /// What is left of a probability's distance from the stationary one.
+  [[nodiscard]] double remaining(double elapsed_s) const {
+    return std::pow(lambda_, elapsed_s / step_s_);
   }
   [[nodiscard]] double stationary() const { return stationary_; }
 

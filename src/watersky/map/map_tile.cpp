@@ -16,23 +16,8 @@ constexpr std::size_t kBlockCount =
     static_cast<std::size_t>(MapTile::kBlocks) * static_cast<std::size_t>(MapTile::kBlocks);
 static_assert(kBlockCount == 64, "encode() tells which blocks there are in 64 bits");
 
-/// The block with the times that its cells use, and no others.
-MapTile::Block compacted(const MapTile::Block& block) {
-  std::array<bool, MapTile::kMostTimes> used{};
-  for (std::size_t i = 0; i < block.seen.size(); ++i)
-    if (block.looks[i] != 0) used[block.seen[i]] = true;
-  MapTile::Block out = block;
-  out.times.clear();
-  std::array<std::uint8_t, MapTile::kMostTimes> moved{};
-  for (std::size_t i = 0; i < block.times.size(); ++i) {
-    if (!used[i]) continue;
-    moved[i] = static_cast<std::uint8_t>(out.times.size());
-    out.times.push_back(block.times[i]);
-  }
-  for (std::size_t i = 0; i < out.seen.size(); ++i)
-    out.seen[i] = out.looks[i] != 0 ? moved[out.seen[i]] : std::uint8_t{0};
-  return out;
-}
+/// Lists of times have room for this many before they are looked through, and grow by as many.
+constexpr std::size_t kFewTimes = 16;
 
 template <class T>
 void put(std::vector<std::uint8_t>& out, const T* values, std::size_t count) {
@@ -61,13 +46,36 @@ class Reader {
 
 }  // namespace
 
+void MapTile::Block::drop_unused_times() {
+  std::array<bool, kMostTimes> used{};
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (looks[i] != 0) used[seen[i]] = true;
+  std::array<std::uint8_t, kMostTimes> moved{};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (!used[i]) continue;
+    moved[i] = static_cast<std::uint8_t>(count);
+    times[count++] = times[i];
+  }
+  if (count == times.size()) return;
+  times.resize(count);
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    seen[i] = looks[i] != 0 ? moved[seen[i]] : std::uint8_t{0};
+}
+
 std::uint8_t MapTile::Block::place_of(Time time) {
+  if (times.capacity() == 0) times.reserve(kFewTimes);
   if (!times.empty() && times.back() == time) return static_cast<std::uint8_t>(times.size() - 1);
   auto place = std::lower_bound(times.begin(), times.end(), time);
   if (place != times.end() && *place == time)
     return static_cast<std::uint8_t>(place - times.begin());
-  if (times.size() == kMostTimes) {
-    *this = compacted(*this);
+  // Times that no cell's last look has any more go before the list grows: most are gone by then,
+  // and the list would otherwise take half as much memory as the cells.
+  if (times.size() == kMostTimes ||
+      (times.size() >= kFewTimes && times.size() == times.capacity())) {
+    drop_unused_times();
+    if (times.size() + kFewTimes / 2 > times.capacity())
+      times.reserve(std::min(kMostTimes, times.capacity() + kFewTimes));
     if (times.size() == kMostTimes) {
       std::size_t nearest = 1;
       for (std::size_t i = 2; i < times.size(); ++i)
@@ -125,7 +133,8 @@ std::vector<std::uint8_t> MapTile::encode() const {
   put(out, &present, 1);
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     if (!blocks_[i]) continue;
-    const Block block = compacted(*blocks_[i]);
+    Block block = *blocks_[i];
+    block.drop_unused_times();
     if (block.times.empty()) continue;
     present |= std::uint64_t{1} << i;
     const auto count = static_cast<std::uint16_t>(block.times.size());

@@ -24,6 +24,14 @@ struct TileIndex {
   auto operator<=>(const TileIndex&) const = default;
 };
 
+struct TileHash {
+  std::size_t operator()(const TileIndex& i) const {
+    const auto key = static_cast<std::uint64_t>(static_cast<std::uint32_t>(i.column)) << 32U |
+                     static_cast<std::uint32_t>(i.row);
+    return static_cast<std::size_t>((key ^ key >> 31U) * 0x9E3779B97F4A7C15U >> 16U);
+  }
+};
+
 /// Tiles have this many cells along an edge.
 inline constexpr int kTileCells = 256;
 
@@ -55,6 +63,8 @@ class MapTile {
     /// ask once a look, before writing `seen`. When 256 different times are alive, the two nearest
     /// become the earlier: a cell is never said to be fresher than it is.
     [[nodiscard]] std::uint8_t place_of(Time time);
+    /// Leaves out of `times` those that are no cell's last look.
+    void drop_unused_times();
     bool operator==(const Block&) const = default;
   };
 

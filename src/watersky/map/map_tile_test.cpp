@@ -112,6 +112,17 @@ TEST(MapTile, EqualTilesHaveEqualBytesWhateverTimesWereForgotten) {
   EXPECT_EQ(a.encode(), b.encode());
 }
 
+TEST(MapTile, TimesThatNoCellHasAnyMoreTakeNoMemory) {
+  MapTile tile;
+  MapTile::Block& block = tile.make_block(0);
+  for (int frame = 0; frame < 5000; ++frame) {
+    const std::uint8_t place = block.place_of(at(frame));
+    for (std::size_t c = 0; c < block.looks.size(); ++c) look(block, c, place);
+  }
+  EXPECT_LE(block.times.capacity(), 16u);
+  EXPECT_EQ(block.times[block.seen[0]], at(4999));
+}
+
 TEST(MapTile, ABlockTakesFourBytesACellAndItsTimes) {
   MapTile tile;
   const std::size_t empty = tile.bytes();

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <opencv2/imgproc.hpp>
+#include <optional>
+
+#include "watersky/map/detail/polygon_span.hpp"
 
 namespace watersky {
 
@@ -13,17 +16,6 @@ namespace {
 /// Below this a cell's own size says more than its place's uncertainty.
 constexpr double kLeastSigma_cells = 0.3;
 
-bool in_polygon(const std::vector<Eigen::Vector2d>& polygon, const Eigen::Vector2d& p) {
-  bool inside = false;
-  for (std::size_t i = 0, k = polygon.size() - 1; i < polygon.size(); k = i++) {
-    const Eigen::Vector2d &a = polygon[i], &b = polygon[k];
-    if ((a.y() > p.y()) != (b.y() > p.y()) &&
-        p.x() < (b.x() - a.x()) * (p.y() - a.y()) / (b.y() - a.y()) + a.x())
-      inside = !inside;
-  }
-  return inside;
-}
-
 int block_of(int cell) {
   constexpr int k = PositionUncertainty::kBlockCells;
   return cell >= 0 ? cell / k : -((-cell + k - 1) / k);
@@ -31,25 +23,158 @@ int block_of(int cell) {
 
 }  // namespace
 
+namespace {
+
+/// Number, cc, cr and rr at a block, or no finite covariance.
+using Entries = std::array<float, 4>;
+std::optional<Entries> entries_at(const PositionCovariance& covariance, double column, double row) {
+  constexpr int k = PositionUncertainty::kBlockCells;
+  const Eigen::Matrix2d c =
+      covariance(Eigen::Vector2d((column + 0.5) * k - 0.5, (row + 0.5) * k - 0.5));
+  if (!c.allFinite()) return std::nullopt;
+  return Entries{1.0F, static_cast<float>(c(0, 0)), static_cast<float>(c(0, 1)),
+                 static_cast<float>(c(1, 1))};
+}
+
+/// A square of blocks whose covariances are a quadratic in each axis through 3 x 3 of them.
+class CovariancePatch {
+ public:
+  /// nullopt when the covariance is not finite there, or is off by more than 1 % of its trace.
+  static std::optional<CovariancePatch> fit(const PositionCovariance& covariance, int column,
+                                            int row, int blocks) {
+    CovariancePatch patch;
+    patch.column_ = column;
+    patch.row_ = row;
+    patch.half_ = 0.5F * static_cast<float>(blocks - 1);
+    for (std::size_t r = 0; r < 3; ++r) {
+      std::array<Entries, 3> e{};
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto at = entries_at(covariance, column + static_cast<double>(c) * patch.half_,
+                                   row + static_cast<double>(r) * patch.half_);
+        if (!at) return std::nullopt;
+        e[c] = *at;
+      }
+      for (std::size_t k = 0; k < 4; ++k)
+        patch.lines_[r][k] = {e[1][k], 0.5F * (e[2][k] - e[0][k]),
+                              0.5F * (e[2][k] + e[0][k]) - e[1][k]};
+    }
+    for (const float part : {0.25F, 0.75F}) {
+      const float x = 2 * part * patch.half_, y = x;
+      const auto exact =
+          entries_at(covariance, column + static_cast<double>(x), row + static_cast<double>(y));
+      if (!exact) return std::nullopt;
+      const Line line = patch.line(y);
+      for (std::size_t k = 1; k < 4; ++k)
+        if (!(std::abs(value(line, k, x / patch.half_ - 1) - (*exact)[k]) <=
+              0.01F * ((*exact)[1] + (*exact)[3])))
+          return std::nullopt;
+    }
+    return patch;
+  }
+
+  /// Adds the covariances of `count` blocks of a row to their sums.
+  void add(int row, int column, int count, Entries* sums) const {
+    const Line line = this->line(static_cast<float>(row - row_));
+    for (int i = 0; i < count; ++i) {
+      const float x = static_cast<float>(column + i - column_) / half_ - 1;
+      for (std::size_t k = 0; k < 4; ++k) sums[i][k] += value(line, k, x);
+    }
+  }
+
+ private:
+  struct Quadratic {
+    float middle, slope, bend;  ///< by -1 to 1 over the patch
+  };
+  using Line = std::array<Quadratic, 4>;
+  static float value(const Line& line, std::size_t k, float x) {
+    return line[k].middle + x * (line[k].slope + x * line[k].bend);
+  }
+  [[nodiscard]] Line line(float y) const {
+    const float t = y / half_ - 1;
+    const std::array<float, 3> weight{0.5F * t * (t - 1), 1 - t * t, 0.5F * t * (t + 1)};
+    Line out{};
+    for (std::size_t r = 0; r < 3; ++r)
+      for (std::size_t k = 0; k < 4; ++k) {
+        out[k].middle += weight[r] * lines_[r][k].middle;
+        out[k].slope += weight[r] * lines_[r][k].slope;
+        out[k].bend += weight[r] * lines_[r][k].bend;
+      }
+    return out;
+  }
+
+  int column_ = 0, row_ = 0;
+  float half_ = 1.0F;
+  std::array<Line, 3> lines_{};
+};
+
+}  // namespace
+
 void PositionUncertainty::add(const GridView& view, const PositionCovariance& covariance) {
   if (view.box.empty()) return;
-  for (int row = block_of(view.box.first_row); row <= block_of(view.box.end_row() - 1); ++row)
-    for (int column = block_of(view.box.first_column);
-         column <= block_of(view.box.end_column() - 1); ++column) {
-      const Eigen::Vector2d middle((column + 0.5) * kBlockCells - 0.5,
-                                   (row + 0.5) * kBlockCells - 0.5);
-      // A footprint narrower than a block still counts in the one around its middle.
-      const bool small = view.box.columns < 2 * kBlockCells || view.box.rows < 2 * kBlockCells;
-      if (!small && !in_polygon(view.footprint, middle)) continue;
-      const Eigen::Matrix2d c = covariance(middle);
-      if (!c.allFinite()) continue;
-      const TileIndex index{tile_of(column * kBlockCells), tile_of(row * kBlockCells)};
-      auto& sums = tiles_[index].sums[static_cast<std::size_t>(
-          (row - index.row * kBlocks) * kBlocks + (column - index.column * kBlocks))];
-      sums[0] += 1.0F;
-      sums[1] += static_cast<float>(c(0, 0));
-      sums[2] += static_cast<float>(c(0, 1));
-      sums[3] += static_cast<float>(c(1, 1));
+  const int first_row = block_of(view.box.first_row),
+            end_row = block_of(view.box.end_row() - 1) + 1;
+  const int first_column = block_of(view.box.first_column);
+  const int end_column = block_of(view.box.end_column() - 1) + 1;
+  // Blocks whose middle lies in the footprint; one narrower than a block still counts in the one
+  // around its middle.
+  const bool small = view.box.columns < 2 * kBlockCells || view.box.rows < 2 * kBlockCells;
+  std::vector<std::pair<int, int>> spans(static_cast<std::size_t>(end_row - first_row),
+                                         {first_column, end_column});
+  for (int row = first_row; !small && row < end_row; ++row) {
+    const double y = (row + 0.5) * kBlockCells - 0.5;
+    const auto [low, high] = detail::span_between(view.footprint, y, y);
+    auto& span = spans[static_cast<std::size_t>(row - first_row)];
+    if (!(low <= high)) {
+      span = {0, 0};
+      continue;
+    }
+    const auto from_middle = [](double cell) { return (cell + 0.5) / kBlockCells - 0.5; };
+    span.first = std::max(first_column, static_cast<int>(std::ceil(from_middle(low))));
+    span.second = std::min(end_column, static_cast<int>(std::floor(from_middle(high))) + 1);
+  }
+
+  const auto add_square = [&](const auto& self, Tile& tile, int column, int row,
+                              int blocks) -> void {
+    std::optional<CovariancePatch> patch;
+    bool asked = false;
+    for (int r = std::max(row, first_row); r < std::min(row + blocks, end_row); ++r) {
+      const auto& span = spans[static_cast<std::size_t>(r - first_row)];
+      const int from = std::max(column, span.first), to = std::min(column + blocks, span.second);
+      if (from >= to) continue;
+      if (!asked && blocks > 2) {
+        patch = CovariancePatch::fit(covariance, column, row, blocks);
+        if (!patch) {
+          const int half = blocks / 2;
+          for (const auto& [c, d] : {std::pair{0, 0}, {half, 0}, {0, half}, {half, half}})
+            self(self, tile, column + c, row + d, half);
+          return;
+        }
+      }
+      asked = true;
+      const int tile_row = tile_of(r * kBlockCells), tile_column = tile_of(from * kBlockCells);
+      auto* sums =
+          tile.sums.data() + (r - tile_row * kBlocks) * kBlocks + (from - tile_column * kBlocks);
+      if (patch) {
+        patch->add(r, from, to - from, sums);
+        continue;
+      }
+      for (int c = from; c < to; ++c, ++sums)
+        if (const auto e = entries_at(covariance, c, r))
+          for (std::size_t k = 0; k < 4; ++k) (*sums)[k] += (*e)[k];
+    }
+  };
+  for (int tile_row = tile_of(first_row * kBlockCells);
+       tile_row <= tile_of((end_row - 1) * kBlockCells); ++tile_row)
+    for (int tile_column = tile_of(first_column * kBlockCells);
+         tile_column <= tile_of((end_column - 1) * kBlockCells); ++tile_column) {
+      const int row = tile_row * kBlocks, column = tile_column * kBlocks;
+      bool any = false;
+      for (int r = std::max(row, first_row); r < std::min(row + kBlocks, end_row); ++r) {
+        const auto& span = spans[static_cast<std::size_t>(r - first_row)];
+        any |= std::max(column, span.first) < std::min(column + kBlocks, span.second);
+      }
+      if (any)
+        add_square(add_square, tiles_[TileIndex{tile_column, tile_row}], column, row, kBlocks);
     }
 }
 

@@ -10,8 +10,8 @@
 #include <Eigen/Core>
 #include <array>
 #include <functional>
-#include <map>
 #include <opencv2/core/mat.hpp>
+#include <unordered_map>
 #include <vector>
 
 #include "watersky/map/ice_map.hpp"
@@ -26,7 +26,8 @@ class PositionUncertainty {
   /// Blocks have this many cells along an edge: covariances change slowly.
   static constexpr int kBlockCells = 16;
 
-  /// Adds one frame's: the mean over looks is kept.
+  /// Adds one frame's: the mean over looks is kept. The covariance is asked for at a few places
+  /// and interpolated: to 1 % of its trace where that is compared, to 2 % elsewhere.
   void add(const GridView& view, const PositionCovariance& covariance);
 
   [[nodiscard]] bool empty() const { return tiles_.empty(); }
@@ -43,7 +44,7 @@ class PositionUncertainty {
   struct Tile {
     std::array<std::array<float, 4>, static_cast<std::size_t>(kBlocks) * kBlocks> sums{};
   };
-  std::map<TileIndex, Tile> tiles_;
+  std::unordered_map<TileIndex, Tile, TileHash> tiles_;
 };
 
 /// Gaussian mean over a covariance (column, row; cells²) that keeps NaN cells NaN and out of it.

@@ -88,6 +88,40 @@ TEST(PositionUncertainty, TheUnseenStaysUnseenAndGivesNothing) {
   }
 }
 
+// A camera at a height above the grid: attitude errors grow with the square of the distance.
+TEST(PositionUncertainty, IsKeptToAHundredthAndAskedForAtFewPlaces) {
+  const CellBox box{-300, -410, 900, 700};
+  int asked = 0;
+  const auto covariance = [](const Eigen::Vector2d& at) {
+    const double height = 400, x = (at.x() - 80) / height, y = (at.y() + 150) / height;
+    Eigen::Matrix<double, 2, 3> by_turn;
+    by_turn << x * y, -(1 + x * x), y, 1 + y * y, -x * y, -x;
+    return Eigen::Matrix2d(9.0 * by_turn * by_turn.transpose() + Eigen::Matrix2d::Identity());
+  };
+  PositionUncertainty uncertainty;
+  for (int look = 0; look < 3; ++look)
+    uncertainty.add(whole(box), [&](const Eigen::Vector2d& at) {
+      ++asked;
+      return covariance(at);
+    });
+  const cv::Mat kept = uncertainty.covariance(box);
+  int blocks = 0;
+  for (int r = 1; r + 1 < kept.rows; ++r)
+    for (int c = 1; c + 1 < kept.cols; ++c) {
+      const auto k = kept.at<cv::Vec3f>(r, c);
+      constexpr int n = PositionUncertainty::kBlockCells;
+      const int first_column = -19 * n, first_row = -26 * n;  // the blocks around (-300, -410)
+      const Eigen::Matrix2d exact =
+          covariance({first_column + (c + 0.5) * n - 0.5, first_row + (r + 0.5) * n - 0.5});
+      EXPECT_NEAR(k[0], exact(0, 0), 0.02 * exact.trace()) << r << " " << c;
+      EXPECT_NEAR(k[1], exact(0, 1), 0.02 * exact.trace()) << r << " " << c;
+      EXPECT_NEAR(k[2], exact(1, 1), 0.02 * exact.trace()) << r << " " << c;
+      ++blocks;
+    }
+  EXPECT_GT(blocks, 2000);
+  EXPECT_LT(asked / 3, blocks / 5);
+}
+
 TEST(PositionUncertainty, NothingKnownChangesNothing) {
   const CellBox box{0, 0, 32, 32};
   const cv::Mat p = half_ice(box, 16);

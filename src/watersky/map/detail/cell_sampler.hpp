@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "watersky/map/detail/cell_projection.hpp"
 #include "watersky/map/grid_view.hpp"
 
 namespace watersky {
@@ -39,10 +40,10 @@ class CellSampler {
   [[nodiscard]] Row row(int grid_row);
 
  private:
-  void project_rolling(double first_x, double y, int count, float* u, float* v) const;
   void project_line(double first_x, double y, int count, float* u, float* v) const;
 
   const GridView& view_;
+  detail::CellProjection projection_;
   int per_edge_;
   bool limited_, rolls_;
   std::vector<float> u_, v_;

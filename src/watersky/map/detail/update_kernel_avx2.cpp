@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/map/detail/simd_avx2.hpp"
+// After the lanes that it is written in.
+#include "watersky/map/detail/update_kernel_impl.hpp"
+
+namespace watersky::detail {
+
+const UpdateKernels kAvx2Kernels = kKernels;
+
+}  // namespace watersky::detail

@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: MIT
+#include "watersky/map/detail/simd_neon.hpp"
+// After the lanes that it is written in.
+#include "watersky/map/detail/update_kernel_impl.hpp"
+
+namespace watersky::detail {
+
+const UpdateKernels kNeonKernels = kKernels;
+
+}  // namespace watersky::detail
