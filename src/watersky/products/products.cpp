@@ -18,6 +18,7 @@
 #include "watersky/products/report.hpp"
 #include "watersky/products/run_json.hpp"
 #include "watersky/products/vector_files.hpp"
+#include "watersky/store/map_file.hpp"
 
 namespace watersky {
 
@@ -68,6 +69,11 @@ std::vector<Task> tasks_for(const Products& products) {
     tasks.push_back({"mosaic.tif", [&products, place, text](const fs::path& path) {
                        return write_mosaic_geotiff(path, products.mosaic_bgra, place,
                                                    text("photographs on the sea plane", ""));
+                     }});
+  if (products.map)
+    tasks.push_back({kMapFileName, [&products](const fs::path& path) {
+                       return write_map_file(disk(), path, products.map->header,
+                                             products.map->tiles);
                      }});
   tasks.push_back(
       {"report.html", [&products](const fs::path& path) { return write_report(path, products); }});
