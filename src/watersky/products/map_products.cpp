@@ -67,6 +67,30 @@ constexpr std::array<std::pair<CellChange, Rgb>, kCellChanges> kChangeColors{
      {CellChange::NewIce, {177, 211, 224}},
      {CellChange::OnlyBefore, {120, 120, 120}}}};
 
+/// A raster of a stored map.
+struct MapRaster {
+  const char* file;
+  int type;
+  const char* description;
+  const char* unit;
+  Result<cv::Mat> (detail::MapRasters::*read)(const CellBox&);
+};
+constexpr std::array<MapRaster, 3> kMapRasters{
+    {{"probability.tif", CV_32F, "probability of ice", "1", &detail::MapRasters::probability},
+     {"looks.tif", CV_16U, "frames that showed the cell", "1", &detail::MapRasters::looks},
+     {"last_seen.tif", CV_64F, "time of the last look, UTC since 1970", "s",
+      &detail::MapRasters::last_seen_s}}};
+
+Status write_raster(const StoredMap& map, const CellBox& box, const RasterPlace& place,
+                    const MapRaster& raster, const fs::path& path, const Progress& progress) {
+  detail::MapRasters rasters(map);
+  const auto read = [&](const cv::Rect& part) {
+    return (rasters.*raster.read)(detail::part_of(box, part));
+  };
+  return write_geotiff(path, StreamedRaster{box.columns, box.rows, raster.type, read}, place,
+                       text_of(raster.description, raster.unit), progress);
+}
+
 }  // namespace
 
 std::string source_id_of(const Flight& flight) {
@@ -142,6 +166,13 @@ Result<ice::Rasters> rasters_of(const StoredMap& map, const CellBox& box) {
   return ice::Rasters{probability, looks, last_seen_s};
 }
 
+Status export_probability(const StoredMap& map, const fs::path& path, const Progress& progress) {
+  WATERSKY_TRY(const MapReference reference, reference_of(map.header));
+  WATERSKY_TRY(const CellBox box, seen_box(map.tiles));
+  return write_raster(map, box, {reference.geotransform(box), map.header.wkt}, kMapRasters[0], path,
+                      progress);
+}
+
 Result<json> write_map_products(const StoredMap& map, const std::vector<std::string>& names,
                                 const fs::path& out, const WriteOptions& options,
                                 const Progress& progress) {
@@ -156,23 +187,9 @@ Result<json> write_map_products(const StoredMap& map, const std::vector<std::str
   const fs::path& folder = partial.path();
   WATERSKY_CHECK(write_map_file(disk(), folder / kMapFileName, map.header, map.tiles, progress));
 
-  detail::MapRasters rasters(map);
   const RasterPlace place{reference.geotransform(box), map.header.wkt};
-  const auto write = [&](const char* name, int type, const RasterText& text, auto read) {
-    return write_geotiff(folder / name,
-                         StreamedRaster{box.columns, box.rows, type,
-                                        [&](const cv::Rect& part) {
-                                          return (rasters.*read)(detail::part_of(box, part));
-                                        }},
-                         place, text, progress);
-  };
-  WATERSKY_CHECK(write("probability.tif", CV_32F, text_of("probability of ice", "1"),
-                       &detail::MapRasters::probability));
-  WATERSKY_CHECK(write("looks.tif", CV_16U, text_of("frames that showed the cell", "1"),
-                       &detail::MapRasters::looks));
-  WATERSKY_CHECK(write("last_seen.tif", CV_64F,
-                       text_of("time of the last look, UTC since 1970", "s"),
-                       &detail::MapRasters::last_seen_s));
+  for (const MapRaster& raster : kMapRasters)
+    WATERSKY_CHECK(write_raster(map, box, place, raster, folder / raster.file, progress));
   WATERSKY_CHECK(write_file(folder / "probability.qml", raster_qml(kProbabilityRamp, 0, 1, "")));
   const detail::Versions versions = detail::versions();
   json run = {

@@ -37,6 +37,10 @@ struct StoredMapFigures {
 /// The rasters of a part of the map: P(ice), looks and last look, as Products has them.
 [[nodiscard]] Result<ice::Rasters> rasters_of(const StoredMap& map, const CellBox& box);
 
+/// P(ice) of all cells seen, as probability.tif has it. Memory does not grow with the map.
+Status export_probability(const StoredMap& map, const std::filesystem::path& path,
+                          const Progress& progress = {});
+
 /// probability.tif, looks.tif, last_seen.tif with their styles, map.wsmap and run.json, into a
 /// folder that is there whole or not at all; `names` are those of the maps that were merged.
 /// Returns what run.json says. Memory does not grow with the map.

@@ -6,6 +6,7 @@
 
 #include <fstream>
 
+#include "support/killed_flight.hpp"
 #include "support/losing_storage.hpp"
 #include "support/map_tiles.hpp"
 #include "support/temporary_folder.hpp"
@@ -242,6 +243,14 @@ TEST(JournalWriter, CompactsWhileItGoesOn) {
   EXPECT_EQ(store->last()->sequence, 40u);
   ASSERT_EQ(store->tiles().items().size(), map.size());
   for (const TileItem& item : store->tiles().items()) EXPECT_EQ(*item.load(), map[item.index]);
+}
+
+// A thousand kills: experiments/map_kills.
+TEST(JournalWriter, KilledAgainAndAgainKeepsAMapThatOnceWas) {
+  const test::TemporaryFolder folder;
+  const test::KillFigures figures = test::kill_flights(folder.path() / "live", 6, 0.9, 1);
+  EXPECT_EQ(figures.kills, 6);
+  EXPECT_EQ(figures.corrupt, 0);
 }
 
 }  // namespace
