@@ -3,6 +3,8 @@
 
 #include <gmock/gmock.h>
 
+#include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -201,6 +203,41 @@ TEST(MapFile, IntoAFolderThatIsNotThereIsRefusedWithItsName) {
       write_map_file(disk(), "/nowhere/map.wsmap", test::some_header(), some_set(1));
   ASSERT_FALSE(done);
   EXPECT_THAT(done.error().message, HasSubstr("/nowhere/map.wsmap"));
+}
+
+/// What tests/data/golden.wsmap holds: written once, by the first watersky that had the format.
+TileSet golden_set() {
+  MapTile tile;
+  test::look(tile, 5, 6, 1234, test::at_second(1000.5));
+  test::look(tile, 5, 6, -34, test::at_second(1001.25));
+  test::look(tile, 255, 255, -7072, test::at_second(1000.5));
+  return {test::some_header("golden").sources, {item_in_memory({-3, 7}, 0, 42, tile)}};
+}
+
+TEST(MapFile, TheFormatIsThatOfTheGoldenFile) {
+  // Remade with WATERSKY_GOLDEN=file, and only together with a new version of the format.
+  if (const char* file = std::getenv("WATERSKY_GOLDEN")) {
+    ASSERT_TRUE(write_map_file(disk(), file, test::some_header("golden"), golden_set()));
+  }
+  const auto golden =
+      MapFile::open(disk(), std::filesystem::path(WATERSKY_SOURCE_DIR) / "tests/data/golden.wsmap");
+  ASSERT_TRUE(golden) << golden.error().message;
+  EXPECT_EQ(golden->header(), test::some_header("golden"));
+  EXPECT_TRUE(golden->tiles() == golden_set()) << "digests and versions too";
+  EXPECT_EQ(*golden->tiles().items().front().load(), *golden_set().items().front().load());
+}
+
+TEST(Records, AreTheBytesOfTheDocument) {
+  // Its checksums are those of xxhsum -H3.
+  Bytes bytes = detail::encode_preamble({detail::FileKind::Map, 0x01020304});
+  const Bytes payload{'i', 'c', 'e'};
+  detail::append_record(bytes, detail::RecordKind::Header, 0x01020304, payload);
+  const Bytes expected{0x89, 0x57, 0x53, 0x4d, 0x0d, 0x0a, 0x1a, 0x0a, 0x01, 0x00, 0x01, 0x00,
+                       0x04, 0x03, 0x02, 0x01, 0xd9, 0x75, 0x11, 0xba, 0x2b, 0x19, 0x07, 0x36,
+                       0x57, 0x52, 0x65, 0x63, 0x01, 0x00, 0x00, 0x00, 0x03, 0x00, 0x00, 0x00,
+                       0x04, 0x03, 0x02, 0x01, 0xfc, 0x92, 0xff, 0x71, 0xaf, 0xe1, 0x0b, 0xd7,
+                       0x69, 0x63, 0x65, 0x00, 0x00, 0x00, 0x00, 0x00};
+  EXPECT_EQ(bytes, expected);
 }
 
 TEST(MapHeader, JsonBringsItBack) {
