@@ -10,6 +10,7 @@
 
 #include "watersky/io/files.hpp"
 #include "watersky/products/detail/map_rasters.hpp"
+#include "watersky/products/detail/run_folder.hpp"
 #include "watersky/products/detail/versions.hpp"
 #include "watersky/products/qgis_style.hpp"
 #include "watersky/store/map_file.hpp"
@@ -185,12 +186,15 @@ Result<json> write_map_products(const StoredMap& map, const std::vector<std::str
   WATERSKY_TRY(const StoredMapFigures figures, figures_of(map, progress));
   WATERSKY_TRY(PartialFolder partial, PartialFolder::beside(out));
   const fs::path& folder = partial.path();
-  WATERSKY_CHECK(write_map_file(disk(), folder / kMapFileName, map.header, map.tiles, progress));
-
   const RasterPlace place{reference.geotransform(box), map.header.wkt};
-  for (const MapRaster& raster : kMapRasters)
-    WATERSKY_CHECK(write_raster(map, box, place, raster, folder / raster.file, progress));
-  WATERSKY_CHECK(write_file(folder / "probability.qml", raster_qml(kProbabilityRamp, 0, 1, "")));
+  const auto write = [&]() -> Status {
+    WATERSKY_CHECK(write_map_file(disk(), folder / kMapFileName, map.header, map.tiles, progress));
+    for (const MapRaster& raster : kMapRasters)
+      WATERSKY_CHECK(write_raster(map, box, place, raster, folder / raster.file, progress));
+    return write_file(folder / "probability.qml", raster_qml(kProbabilityRamp, 0, 1, ""));
+  };
+  if (const Status written = write(); !written)
+    return detail::named_as_asked(written.error(), folder, out);
   const detail::Versions versions = detail::versions();
   json run = {
       {"watersky", versions.watersky},

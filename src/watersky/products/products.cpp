@@ -13,6 +13,7 @@
 
 #include "watersky/io/files.hpp"
 #include "watersky/io/geotiff.hpp"
+#include "watersky/products/detail/run_folder.hpp"
 #include "watersky/products/palette.hpp"
 #include "watersky/products/qgis_style.hpp"
 #include "watersky/products/report.hpp"
@@ -189,12 +190,7 @@ Status write_products(const Products& products, const fs::path& out, const Write
   if (const Status written =
           run_tasks(tasks_for(products), partial.path(), options.threads, progress);
       !written) {
-    Error e = written.error();
-    // The folder that the user asked for, not the one it was to be renamed from.
-    const std::string part = partial.path().string();
-    if (const std::size_t at = e.message.find(part); at != std::string::npos)
-      e.message.replace(at, part.size(), out.string());
-    return e;
+    return detail::named_as_asked(written.error(), partial.path(), out);
   }
   return partial.publish();
 }

@@ -3,7 +3,7 @@
 /// as a file, opened, panned over and exported, each in a process of its own, with its peak of
 /// memory.
 ///
-///   map_extent [SEEN [FOLDER]]    the part seen, 0.1 by default; the file takes some 15 GB times
+///   map_large [SEEN [FOLDER]]    the part seen, 0.1 by default; the file takes some 15 GB times
 ///   it
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -35,13 +35,13 @@ bool phase(const std::string& name, const std::function<Status()>& body) {
     const pid_t child = ::fork();
     if (child == 0) {
       const Status done = body();
-      if (!done) std::fprintf(stderr, "map_extent: %s\n", done.error().message.c_str());
+      if (!done) std::fprintf(stderr, "map_large: %s\n", done.error().message.c_str());
       ::_exit(done ? 0 : 1);
     }
     ::wait4(child, &status, 0, &used);
   });
-  bench::print_figure(("map_extent." + name + "_s").c_str(), s, "s");
-  bench::print_figure(("map_extent." + name + "_peak_mb").c_str(),
+  bench::print_figure(("map_large." + name + "_s").c_str(), s, "s");
+  bench::print_figure(("map_large." + name + "_peak_mb").c_str(),
                       static_cast<double>(used.ru_maxrss) / 1024, "MB");
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
@@ -86,15 +86,15 @@ int main(int argc, char** argv) {
   const MapHeader header = header_1m();
   bool ok = phase("write", [&]() -> Status {
     const TileSet set = survey(header, seen);
-    bench::print_figure("map_extent.seen_cells", 65536.0 * static_cast<double>(set.items().size()),
+    bench::print_figure("map_large.seen_cells", 65536.0 * static_cast<double>(set.items().size()),
                         "1");
     return write_map_file(disk(), file, header, set);
   });
   ok = ok && phase("open", [&]() -> Status {
          const auto map = MapFile::open(disk(), file);
          if (!map) return map.error();
-         bench::print_figure("map_extent.file_bytes", static_cast<double>(map->bytes()), "B");
-         bench::print_figure("map_extent.levels", map->levels(), "1");
+         bench::print_figure("map_large.file_bytes", static_cast<double>(map->bytes()), "B");
+         bench::print_figure("map_large.levels", map->levels(), "1");
          return {};
        });
   ok = ok && phase("pan", [&]() -> Status {
@@ -120,8 +120,8 @@ int main(int argc, char** argv) {
              }));
              WATERSKY_CHECK(read);
            }
-         bench::print_figure("map_extent.screen_median_ms", 1e3 * bench::median(screen_s), "ms");
-         bench::print_figure("map_extent.screen_worst_ms",
+         bench::print_figure("map_large.screen_median_ms", 1e3 * bench::median(screen_s), "ms");
+         bench::print_figure("map_large.screen_worst_ms",
                              1e3 * *std::max_element(screen_s.begin(), screen_s.end()), "ms");
          return {};
        });
@@ -129,7 +129,7 @@ int main(int argc, char** argv) {
          WATERSKY_TRY(const StoredMap map, open_map(disk(), file));
          const fs::path tif = folder / "probability.tif";
          WATERSKY_CHECK(export_probability(map, tif));
-         bench::print_figure("map_extent.export_bytes", static_cast<double>(fs::file_size(tif)),
+         bench::print_figure("map_large.export_bytes", static_cast<double>(fs::file_size(tif)),
                              "B");
          return {};
        });
