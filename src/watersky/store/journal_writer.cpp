@@ -29,7 +29,7 @@ struct JournalWriter::Body {
   Clock::time_point last_offer = Clock::now();
   bool busy = false;  ///< the thread holds tiles that are not on the disk yet
   std::uint64_t tries = 0;
-  Status last_try;
+  Status last_try, last_snapshot;
 
   std::future<Status> compaction;
   std::jthread thread;
@@ -64,20 +64,24 @@ struct JournalWriter::Body {
       }
       changed.notify_all();
     }
-    if (compaction.valid()) {
-      (void)compaction.get().ok();
-      (void)journal.end_compaction().ok();
-    }
+    end_compaction();
+  }
+
+  void end_compaction() {
+    if (!compaction.valid()) return;
+    Status written = compaction.get();
+    const Status ended = journal.end_compaction();
+    const std::lock_guard lock(mutex);
+    last_snapshot = written ? ended : std::move(written);
   }
 
   /// A snapshot takes seconds, so it has a thread of its own. When it fails the journals stay, and
   /// it is tried again when they have grown.
   void compact() {
-    if (compaction.valid()) {
-      if (compaction.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-      (void)compaction.get().ok();
-      (void)journal.end_compaction().ok();
-    }
+    if (compaction.valid() &&
+        compaction.wait_for(std::chrono::seconds(0)) != std::future_status::ready)
+      return;
+    end_compaction();
     if (!journal.compaction_due()) return;
     if (auto work = journal.begin_compaction())
       compaction = std::async(std::launch::async, *std::move(work));
@@ -146,6 +150,8 @@ Status JournalWriter::flush() {
 
 std::optional<std::string> JournalWriter::trouble() const {
   const std::lock_guard lock(body_->mutex);
+  if (body_->last_try.ok() && !body_->last_snapshot.ok())
+    return "The map is safe, but its journals grow: " + body_->last_snapshot.error().message + ".";
   if (body_->last_try.ok()) return std::nullopt;
   return "The map is kept in memory only for now: " + body_->last_try.error().message + ".";
 }

@@ -53,8 +53,8 @@ class JournalWriter {
   void offer(std::vector<OfferedTile> tiles, Time latest_look);
   /// Waits until all that was offered is on the disk; the error of the last try when it is not.
   Status flush();
-  /// Why what was offered is not on the disk, as one sentence; nullopt when all is well, and again
-  /// when it has recovered.
+  /// Why what was offered is not on the disk, or why the journals cannot be summed up in a
+  /// snapshot, as one sentence; nullopt when all is well, and again when it has recovered.
   [[nodiscard]] std::optional<std::string> trouble() const;
 
  private:
