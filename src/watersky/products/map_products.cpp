@@ -129,6 +129,7 @@ StoredMap stored_map(const MapRun& run) {
 
 Result<MapReference> reference_of(const MapHeader& header) {
   auto projection = Projection::from_text(header.wkt);
+  if (!projection) projection = Projection::from_text(header.projection);
   if (!projection) return projection.error().at("the map's projection " + header.projection);
   return MapReference{*projection, header.anchor_easting_m, header.anchor_northing_m,
                       header.cell_m};
