@@ -107,6 +107,8 @@ void say_more(const Common& common, const std::string& line);
 void warn(const Common& common, const std::string& line);
 
 void add_map(CLI::App& app);
+void add_merge(CLI::App& app);
+void add_diff(CLI::App& app);
 void add_segment(CLI::App& app);
 void add_segment_train(CLI::App& segment);
 void add_register(CLI::App& app);

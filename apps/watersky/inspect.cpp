@@ -47,7 +47,7 @@ void add_inspect(CLI::App& app) {
                  return to_json(found);
                });
   verb.add_option("FILE", *path,
-                  "a flight folder, a folder of photographs, a photograph or a .tlog")
+                  "a flight folder, a folder of photographs, a photograph, a .tlog or a map (.wsmap)")
       ->required();
 }
 

@@ -19,6 +19,8 @@ int main(int argc, char** argv) {
   });
   app.footer("Exit status: 0 done, 1 the input or the world is at fault, 2 the call is at fault.");
   watersky::cli::add_map(app);
+  watersky::cli::add_merge(app);
+  watersky::cli::add_diff(app);
   watersky::cli::add_segment(app);
   watersky::cli::add_align(app);
   watersky::cli::add_register(app);

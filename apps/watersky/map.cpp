@@ -5,6 +5,7 @@
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/mapping/mapping.hpp"
 #include "watersky/products/alignment_run.hpp"
+#include "watersky/products/map_products.hpp"
 #include "watersky/products/products.hpp"
 #include "watersky/products/run_json.hpp"
 
@@ -14,7 +15,7 @@ namespace {
 
 struct Options {
   FlightOptions flight;
-  std::string out, projection;
+  std::string out, projection, continued;
   SegmentationChoice segmentation;
   bool overwrite = false;
   bool no_align = false;
@@ -48,6 +49,12 @@ VerbResult run(const Options& o, const Common& common) {
   // Before any work: a map that cannot be written is an hour lost.
   const WriteOptions write{.overwrite = o.overwrite, .threads = threads};
   WATERSKY_CHECK(check_output(o.out, write));
+  std::optional<StoredMap> earlier;
+  if (!o.continued.empty()) {
+    WATERSKY_TRY(earlier, open_map(disk(), o.continued));
+    if (const auto reference = reference_of(earlier->header); !reference)
+      return reference.error().at(o.continued);
+  }
   const Progress progress = progress_bar(common);
   WATERSKY_TRY(const Flight flight, read_flight_over_sea(o.flight, progress));
 
@@ -58,6 +65,13 @@ VerbResult run(const Options& o, const Common& common) {
   options.parameters.segmentation.model = chosen.model;
   options.parameters.segmentation.learned.ponds_are_ice = chosen.ponds_are_ice;
   if (!o.projection.empty()) options.projection = o.projection;
+  if (earlier) {
+    const MapHeader& header = earlier->header;
+    options.projection = header.projection;
+    options.parameters.map.cell_m = header.cell_m;
+    options.parameters.map.prior = header.prior;
+    options.parameters.map.max_probability = header.max_probability;
+  }
   options.threads = threads;
   WATERSKY_TRY(const Masks masks, read_masks(o.flight.masks));
   options.camera_mask = masks.camera;
@@ -74,7 +88,10 @@ VerbResult run(const Options& o, const Common& common) {
                         options, progress);
   if (!run) return run.error().at(o.flight.flight);
   if (*alignment) run->notes.insert(run->notes.begin(), summary(**alignment));
-  Products products = products_of(*run);
+  run->source_id = source_id_of(flight);
+  auto made = earlier ? continued_products_of(*run, *earlier) : Result<Products>(products_of(*run));
+  if (!made) return made.error().at(o.continued);
+  Products products = *std::move(made);
   products.alignment = *alignment;
   if (o.smooth) WATERSKY_CHECK(add_smoothing(products, *run, o.smoothing));
   WATERSKY_CHECK(write_products(products, o.out, write, progress));
@@ -127,6 +144,12 @@ void add_map(CLI::App& app) {
       "besides its own looks");
   verb.add_flag("--overwrite", o->overwrite, "replace OUT if it is a map of ours");
   add_parameters(verb, o->parameters);
+  auto* continued =
+      verb.add_option("--continue", o->continued,
+                      "an earlier map to go on with: a map file or a folder that holds one; its "
+                      "projection, cells and prior are taken, and OUT shows both together");
+  for (const char* given : {"--projection", "--cell-m", "--prior", "--max-probability", "--smooth"})
+    continued->excludes(verb.get_option(given));
   // Mapping's own gap between poses holds for both.
   add_parameters(verb, o->align, "Parameters of alignment", {"align_max_pose_gap_s"});
   add_parameters(verb, o->smoothing, "Parameters of --smooth");

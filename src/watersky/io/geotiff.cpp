@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 
+#include "watersky/io/detail/cog.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/gdal_session.hpp"
 #include "watersky/io/pyramid.hpp"
@@ -58,30 +59,11 @@ bool write_band(GDALRasterBand* band, const cv::Mat& m, std::size_t byte) {
                         nullptr) == CE_None;
 }
 
-bool describe(GDALDataset& dataset, const RasterPlace& place, const RasterText& text) {
-  OGRSpatialReference crs;
-  if (crs.importFromWkt(place.crs_wkt.c_str()) != OGRERR_NONE) return false;
-  crs.SetAxisMappingStrategy(OAMS_TRADITIONAL_GIS_ORDER);
-  std::array<double, 6> geotransform = place.geotransform;
-  if (dataset.SetSpatialRef(&crs) != CE_None ||
-      dataset.SetGeoTransform(geotransform.data()) != CE_None)
-    return false;
-  dataset.SetMetadataItem("AREA_OR_POINT", "Area");
-  for (const auto& [key, value] : text.metadata)
-    dataset.SetMetadataItem(key.c_str(), utf8(value).c_str());
-  return true;
-}
-
 bool build_empty_overviews(GDALDataset& dataset, std::size_t count) {
   std::vector<int> factors;
   for (std::size_t i = 0; i < count; ++i) factors.push_back(2 << i);
   return count == 0 || dataset.BuildOverviews("NONE", static_cast<int>(count), factors.data(), 0,
                                               nullptr, nullptr, nullptr) == CE_None;
-}
-
-bool has_zstd(GDALDriver& driver) {
-  const char* options = driver.GetMetadataItem(GDAL_DMD_CREATIONOPTIONLIST);
-  return options && std::string_view(options).find("ZSTD") != std::string_view::npos;
 }
 
 Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool picture,
@@ -90,20 +72,7 @@ Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool pi
   if (!driver)
     return Error{ErrorCode::Unsupported,
                  path.string() + ": this GDAL has no COG driver; install GDAL 3.1 or later"};
-  CPLStringList options;
-  options.SetNameValue("OVERVIEWS", "AUTO");
-  options.SetNameValue("BIGTIFF", "IF_SAFER");
-  options.SetNameValue("NUM_THREADS", "1");
-  if (picture) {
-    options.SetNameValue("COMPRESS", "JPEG");
-    options.SetNameValue("QUALITY", "90");
-    options.SetNameValue("OVERVIEW_QUALITY", "90");
-  } else {
-    const char* codec = has_zstd(*driver) ? "ZSTD" : "DEFLATE";
-    options.SetNameValue("COMPRESS", codec);
-    options.SetNameValue("OVERVIEW_COMPRESS", codec);
-    options.SetNameValue("LEVEL", "1");
-  }
+  const CPLStringList options = detail::cog_options(*driver, picture);
   const MemoryFile file(".tif");
   DatasetPtr cog(
       driver->CreateCopy(file.name().c_str(), &source, FALSE, options.List(), nullptr, nullptr));
@@ -124,7 +93,7 @@ Status write_geotiff(const std::filesystem::path& path, const cv::Mat& raster,
                                              "float, one 16 bit count or one 8 bit class"};
   GdalSession gdal;
   const DatasetPtr source = view_of(raster, {{0, GCI_GrayIndex}});
-  if (!source || !describe(*source, place, text)) return gdal.error(path);
+  if (!source || !detail::describe(*source, place, text)) return gdal.error(path);
   GDALRasterBand& band = *source->GetRasterBand(1);
   band.SetNoDataValue(raster.type() == CV_16U  ? 0.0
                       : raster.type() == CV_8U ? 255.0
@@ -146,7 +115,7 @@ Status write_mosaic_geotiff(const std::filesystem::path& path, const cv::Mat& bg
   GdalSession gdal;
   const std::vector<Channel> channels = {{2, GCI_RedBand}, {1, GCI_GreenBand}, {0, GCI_BlueBand}};
   const DatasetPtr source = view_of(bgra, channels);
-  if (!source || !describe(*source, place, text)) return gdal.error(path);
+  if (!source || !detail::describe(*source, place, text)) return gdal.error(path);
   source->GetRasterBand(1)->SetDescription("red");
   source->GetRasterBand(2)->SetDescription("green");
   source->GetRasterBand(3)->SetDescription("blue");

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -14,6 +15,7 @@
 
 #include "support/temporary_folder.hpp"
 #include "watersky/geodesy/projection.hpp"
+#include "watersky/io/geotiff_stream.hpp"
 #include "watersky/io/pyramid.hpp"
 
 namespace watersky {
@@ -182,6 +184,75 @@ TEST(Pyramid, MeansKnowWhatWasSeen) {
   cv::Mat bgra(2, 2, CV_8UC4, cv::Scalar(0, 0, 0, 0));
   bgra.at<cv::Vec4b>(1, 1) = {9, 8, 7, 255};
   EXPECT_EQ(halved(bgra).at<cv::Vec4b>(0, 0), cv::Vec4b(9, 8, 7, 255));
+}
+
+/// All of a file's levels, to compare.
+std::vector<std::vector<float>> levels_of(const fs::path& file) {
+  GDALAllRegister();
+  const std::unique_ptr<GDALDataset> d(GDALDataset::Open(file.c_str()));
+  if (!d) return {};
+  std::vector<std::vector<float>> out;
+  GDALRasterBand* band = d->GetRasterBand(1);
+  for (int i = -1; i < band->GetOverviewCount(); ++i) {
+    GDALRasterBand* level = i < 0 ? band : band->GetOverview(i);
+    std::vector<float> cells(static_cast<std::size_t>(level->GetXSize()) *
+                             static_cast<std::size_t>(level->GetYSize()));
+    EXPECT_EQ(level->RasterIO(GF_Read, 0, 0, level->GetXSize(), level->GetYSize(), cells.data(),
+                              level->GetXSize(), level->GetYSize(), GDT_Float32, 0, 0, nullptr),
+              CE_None);
+    out.push_back(std::move(cells));
+  }
+  return out;
+}
+
+TEST(GeoTiff, StreamedIsTheSameAsWhole) {
+  const test::TemporaryFolder folder;
+  const cv::Mat p = random_probability(1301, 1917, 2);
+  const RasterText text{"probability of ice", "1", {}};
+  ASSERT_TRUE(write_geotiff(folder.path() / "whole.tif", p, place(), text));
+  const StreamedRaster raster{p.cols, p.rows, p.type(),
+                              [&](const cv::Rect& part) -> Result<cv::Mat> { return p(part); }};
+  ASSERT_TRUE(write_geotiff(folder.path() / "streamed.tif", raster, place(), text));
+  const auto whole = levels_of(folder.path() / "whole.tif");
+  const auto streamed = levels_of(folder.path() / "streamed.tif");
+  ASSERT_EQ(whole.size(), streamed.size());
+  ASSERT_GE(whole.size(), 2u);
+  EXPECT_EQ(std::memcmp(whole[0].data(), streamed[0].data(), whole[0].size() * sizeof(float)), 0);
+  // GDAL makes these overviews, and leaves out what is less than a cell at the edge.
+  const auto mean = [](const std::vector<float>& cells) {
+    double sum = 0, count = 0;
+    for (const float c : cells)
+      if (c == c) sum += c, ++count;
+    return sum / count;
+  };
+  for (std::size_t level = 1; level < whole.size(); ++level)
+    EXPECT_NEAR(mean(streamed[level]), mean(whole[level]), 0.003) << level;
+  EXPECT_NE(validator_says(folder.path() / "streamed.tif"), false);
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder.path()), {}), 2) << "no part is left";
+}
+
+TEST(GeoTiff, StreamedFromASourceThatFailsSaysWhatItSaidAndLeavesNothing) {
+  const test::TemporaryFolder folder;
+  const StreamedRaster raster{
+      3000, 3000, CV_16U, [](const cv::Rect& part) -> Result<cv::Mat> {
+        if (part.y > 1000) return Error{ErrorCode::InvalidInput, "a.wsmap: byte 77: damaged"};
+        return cv::Mat(part.size(), CV_16U, cv::Scalar(3));
+      }};
+  const Status done = write_geotiff(folder.path() / "looks.tif", raster, place(), {});
+  ASSERT_FALSE(done);
+  EXPECT_EQ(done.error().message, "a.wsmap: byte 77: damaged");
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
+TEST(GeoTiff, StreamedSeaThatNobodySawTakesNoRoom) {
+  const test::TemporaryFolder folder;
+  const StreamedRaster raster{
+      20000, 20000, CV_32F, [](const cv::Rect& part) -> Result<cv::Mat> {
+        return cv::Mat(part.size(), CV_32F,
+                       cv::Scalar(part.x == 512 && part.y == 512 ? 0.5 : std::nan("")));
+      }};
+  ASSERT_TRUE(write_geotiff(folder.path() / "p.tif", raster, place(), {}));
+  EXPECT_LT(fs::file_size(folder.path() / "p.tif"), 300'000u);
 }
 
 }  // namespace

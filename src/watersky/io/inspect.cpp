@@ -2,9 +2,11 @@
 #include "watersky/io/inspect.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "watersky/camera/calibration_file.hpp"
+#include "watersky/geodesy/projection.hpp"
 #include "watersky/io/camera_table.hpp"
 #include "watersky/io/csv.hpp"
 #include "watersky/io/exif.hpp"
@@ -12,6 +14,7 @@
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/read_flight.hpp"
 #include "watersky/io/video.hpp"
+#include "watersky/store/map_file.hpp"
 #include "watersky/wire/tlog.hpp"
 
 namespace watersky {
@@ -233,6 +236,41 @@ Result<Inspection> inspect_recording(const fs::path& folder) {
   return out;
 }
 
+Result<Inspection> inspect_map(const fs::path& path) {
+  WATERSKY_TRY(const MapFile map, MapFile::open(disk(), path));
+  Inspection out;
+  out.kind = "map";
+  std::size_t seen = 0;
+  for (const TileItem& item : map.tiles().items()) seen += item.seen_cells;
+  out.counts["tiles"] = map.tiles().items().size();
+  out.counts["sources"] = map.tiles().sources().size();
+  out.counts["cells_seen_by_sources"] = seen;
+  char cell[32];
+  std::snprintf(cell, sizeof cell, "%g", map.header().cell_m);
+  out.facts["cell_m"] = cell;
+  out.facts["projection"] = map.header().projection;
+  out.facts["overview_levels"] = std::to_string(map.levels());
+  for (const MapSource& source : map.tiles().sources()) {
+    out.notes.push_back("of " + source.name + ", source " + source.id);
+    for (const auto& time : {source.first, source.last})
+      if (time) add_time(out, *time);
+  }
+  const auto projection = Projection::from_text(map.header().wkt);
+  if (!projection) {
+    out.notes.push_back(projection.error().message);
+    return out;
+  }
+  const double tile_m = kTileCells * map.header().cell_m;
+  for (const TileIndex& index : map.tiles().tiles())
+    for (const int corner : {0, 1, 2, 3}) {
+      const auto place =
+          projection->inverse({map.header().anchor_easting_m + (index.column + corner % 2) * tile_m,
+                               map.header().anchor_northing_m - (index.row + corner / 2) * tile_m});
+      if (place) add_place(out, place->latitude.degrees(), place->longitude.degrees());
+    }
+  return out;
+}
+
 }  // namespace
 
 void GeographicExtent::add(double latitude_deg, double longitude_deg) {
@@ -247,18 +285,20 @@ Result<Inspection> inspect(const fs::path& path) {
   if (!fs::exists(path, ec))
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   const std::string extension = lower_extension(path);
-  auto out = fs::is_directory(path, ec) ? inspect_recording(path)
-             : extension == ".tlog"     ? inspect_tlog(path)
-             : is_image_file(path)      ? inspect_image(path)
-             : is_video_file(path)      ? inspect_video(path)
-             : extension == ".csv"      ? inspect_csv(path)
-             : extension == ".yaml" || extension == ".yml" || extension == ".xml"
-                 ? inspect_calibration(path)
-                 : Result<Inspection>(Error{
-                       ErrorCode::Unsupported,
-                       path.string() +
-                           ": is nothing that we can read; give a flight folder, a folder of "
-                           "photographs, an image, a video, a .tlog, a calibration or a .csv"});
+  auto out =
+      fs::is_directory(path, ec) ? inspect_recording(path)
+      : extension == ".tlog"     ? inspect_tlog(path)
+      : is_image_file(path)      ? inspect_image(path)
+      : is_video_file(path)      ? inspect_video(path)
+      : extension == ".csv"      ? inspect_csv(path)
+      : extension == ".wsmap"    ? inspect_map(path)
+      : extension == ".yaml" || extension == ".yml" || extension == ".xml"
+          ? inspect_calibration(path)
+          : Result<Inspection>(Error{
+                ErrorCode::Unsupported,
+                path.string() + ": is nothing that we can read; give a flight folder, a folder of "
+                                "photographs, an image, a video, a .tlog, a map (.wsmap), a "
+                                "calibration or a .csv"});
   if (out) out->name = fs::absolute(path).lexically_normal().filename().string();
   return out;
 }

@@ -128,6 +128,9 @@ struct MapRun {
   Datum datum;
   bool times_are_utc = true;
   double wall_s = 0.0;
+  /// Which flight this is, the same however often it is mapped (source_id_of): its evidence counts
+  /// once where maps are merged. Empty: not said.
+  std::string source_id{};
 };
 
 /// P(ice) of a run's cells (CV_32F, NaN unseen), softened by where they may be.

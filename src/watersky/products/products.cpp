@@ -13,11 +13,13 @@
 
 #include "watersky/io/files.hpp"
 #include "watersky/io/geotiff.hpp"
+#include "watersky/products/detail/run_folder.hpp"
 #include "watersky/products/palette.hpp"
 #include "watersky/products/qgis_style.hpp"
 #include "watersky/products/report.hpp"
 #include "watersky/products/run_json.hpp"
 #include "watersky/products/vector_files.hpp"
+#include "watersky/store/map_file.hpp"
 
 namespace watersky {
 
@@ -68,6 +70,11 @@ std::vector<Task> tasks_for(const Products& products) {
     tasks.push_back({"mosaic.tif", [&products, place, text](const fs::path& path) {
                        return write_mosaic_geotiff(path, products.mosaic_bgra, place,
                                                    text("photographs on the sea plane", ""));
+                     }});
+  if (products.map)
+    tasks.push_back({kMapFileName, [&products](const fs::path& path) {
+                       return write_map_file(disk(), path, products.map->header,
+                                             products.map->tiles);
                      }});
   tasks.push_back(
       {"report.html", [&products](const fs::path& path) { return write_report(path, products); }});
@@ -183,12 +190,7 @@ Status write_products(const Products& products, const fs::path& out, const Write
   if (const Status written =
           run_tasks(tasks_for(products), partial.path(), options.threads, progress);
       !written) {
-    Error e = written.error();
-    // The folder that the user asked for, not the one it was to be renamed from.
-    const std::string part = partial.path().string();
-    if (const std::size_t at = e.message.find(part); at != std::string::npos)
-      e.message.replace(at, part.size(), out.string());
-    return e;
+    return detail::named_as_asked(written.error(), partial.path(), out);
   }
   return partial.publish();
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// What comes out of a run, as files: probability.tif, looks.tif, last_seen.tif, mosaic.tif,
-/// ice.gpkg, icebergs.geojson, report.html and run.json, and if asked for smoothed.tif and
-/// most_likely.tif. Names and contents are a contract.
+/// map.wsmap, ice.gpkg, icebergs.geojson, report.html and run.json, and if asked for smoothed.tif
+/// and most_likely.tif. Names and contents are a contract.
 #include <Eigen/Core>
 #include <array>
 #include <filesystem>
@@ -19,6 +19,7 @@
 #include "watersky/ice/objects.hpp"
 #include "watersky/mapping/mapping.hpp"
 #include "watersky/products/alignment_run.hpp"
+#include "watersky/store/stored_map.hpp"
 
 namespace watersky {
 
@@ -58,6 +59,8 @@ struct Products {
   std::shared_ptr<const AlignmentRun> alignment;
   /// The smoothed map beside the raw one, of the rasters' size; nullptr: not asked for.
   std::shared_ptr<const field::Smoothed> smoothing;
+  /// The map itself, for map.wsmap; nullptr: none is written.
+  std::shared_ptr<const StoredMap> map;
 
   /// Of the grid, in the projection's metres.
   [[nodiscard]] double cell_m() const { return geotransform[1]; }

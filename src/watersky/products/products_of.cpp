@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include "watersky/products/map_products.hpp"
 #include "watersky/products/products.hpp"
 
 #include <Eigen/LU>
@@ -33,6 +34,7 @@ Products products_of(const MapRun& run, const ice::ObjectParameters& parameters)
   if (const auto place = run.reference.projection.inverse(middle); place)
     if (const auto projected = run.reference.projection.at(*place); projected)
       p.scale = std::sqrt(std::abs(projected->grid_from_north_east.determinant()));
+  p.map = std::make_shared<const StoredMap>(stored_map(run));
   analyse(p);
   return p;
 }

@@ -71,6 +71,24 @@ std::string raster_qml(Ramp ramp, double low, double high, const std::string& un
          "</qgis>\n";
 }
 
+std::string classes_qml(const std::vector<ClassStyle>& classes) {
+  std::string items;
+  for (const ClassStyle& c : classes)
+    items += "    <paletteEntry value=\"" + std::to_string(c.value) + "\" color=\"" + hex(c.color) +
+             "\" alpha=\"255\" label=\"" + c.label + "\"/>\n";
+  return std::string(kQmlHead) +
+         " <pipe>\n"
+         "  <rasterrenderer type=\"paletted\" band=\"1\" opacity=\"1\" alphaBand=\"-1\" "
+         "nodataColor=\"\">\n"
+         "   <rasterTransparency/>\n"
+         "   <colorPalette>\n" +
+         items +
+         "   </colorPalette>\n"
+         "  </rasterrenderer>\n"
+         " </pipe>\n"
+         "</qgis>\n";
+}
+
 std::string vector_qml(const VectorStyle& style) {
   const bool line = style.kind == SymbolKind::Line;
   const bool fill = style.kind == SymbolKind::Fill;

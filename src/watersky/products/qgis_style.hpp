@@ -3,6 +3,7 @@
 /// QGIS styles, so that files look right when opened: `.qml` beside a raster, `layer_styles` in
 /// a GeoPackage.
 #include <string>
+#include <vector>
 
 #include "watersky/products/palette.hpp"
 
@@ -10,6 +11,14 @@ namespace watersky {
 
 /// A single-band raster coloured along a ramp from `low` to `high`.
 [[nodiscard]] std::string raster_qml(Ramp ramp, double low, double high, const std::string& unit);
+
+/// A class of a raster of small whole numbers.
+struct ClassStyle {
+  int value = 0;
+  Rgb color;
+  std::string label;
+};
+[[nodiscard]] std::string classes_qml(const std::vector<ClassStyle>& classes);
 
 enum class SymbolKind { Line, Outline, Fill };
 

@@ -32,4 +32,11 @@ Status check_run_folder(const fs::path& out, const std::string& mark, const std:
                                       "folder"};
 }
 
+Error named_as_asked(Error error, const fs::path& in_the_making, const fs::path& out) {
+  const std::string part = in_the_making.string();
+  if (const std::size_t at = error.message.find(part); at != std::string::npos)
+    error.message.replace(at, part.size(), out.string());
+  return error;
+}
+
 }  // namespace watersky::detail

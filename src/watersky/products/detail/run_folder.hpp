@@ -13,4 +13,9 @@ namespace watersky::detail {
 [[nodiscard]] Status check_run_folder(const std::filesystem::path& out, const std::string& mark,
                                       const std::string& verb, bool overwrite);
 
+/// An error about a file in the folder in the making, in the words of the user, who asked for
+/// `out`.
+[[nodiscard]] Error named_as_asked(Error error, const std::filesystem::path& in_the_making,
+                                   const std::filesystem::path& out);
+
 }  // namespace watersky::detail
