@@ -7,6 +7,7 @@
 #include "watersky/products/alignment_run.hpp"
 #include "watersky/products/products.hpp"
 #include "watersky/products/run_json.hpp"
+#include "watersky/vision/opencl.hpp"
 
 namespace watersky::cli {
 
@@ -73,6 +74,7 @@ VerbResult run(const Options& o, const Common& common) {
                                      : flight,
                         options, progress);
   if (!run) return run.error().at(o.flight.flight);
+  if (uses_opencl()) run->notes.emplace_back("The segmentation's filters ran on OpenCL.");
   if (*alignment) run->notes.insert(run->notes.begin(), summary(**alignment));
   Products products = products_of(*run);
   products.alignment = *alignment;

@@ -79,11 +79,6 @@ bool build_empty_overviews(GDALDataset& dataset, std::size_t count) {
                                               nullptr, nullptr, nullptr) == CE_None;
 }
 
-bool has_zstd(GDALDriver& driver) {
-  const char* options = driver.GetMetadataItem(GDAL_DMD_CREATIONOPTIONLIST);
-  return options && std::string_view(options).find("ZSTD") != std::string_view::npos;
-}
-
 Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool picture,
                  GdalSession& gdal) {
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
@@ -99,7 +94,7 @@ Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool pi
     options.SetNameValue("QUALITY", "90");
     options.SetNameValue("OVERVIEW_QUALITY", "90");
   } else {
-    const char* codec = has_zstd(*driver) ? "ZSTD" : "DEFLATE";
+    const char* codec = has_gdal_driver("COG", "ZSTD") ? "ZSTD" : "DEFLATE";
     options.SetNameValue("COMPRESS", codec);
     options.SetNameValue("OVERVIEW_COMPRESS", codec);
     options.SetNameValue("LEVEL", "1");
