@@ -95,10 +95,14 @@ Finding processor() {
 Finding instruction_sets() {
   std::string ours;
 #if defined(__x86_64__)
+  // The levels of the x86-64 ABI by the features that tell them apart (clang does not know the
+  // levels' names here).
   __builtin_cpu_init();
-  ours = __builtin_cpu_supports("x86-64-v4")   ? "AVX-512 (x86-64-v4)"
-         : __builtin_cpu_supports("x86-64-v3") ? "AVX2 (x86-64-v3)"
-                                               : "SSE2 (x86-64)";
+  const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                  __builtin_cpu_supports("bmi2");
+  const bool v4 = v3 && __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512cd") &&
+                  __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl");
+  ours = v4 ? "AVX-512 (x86-64-v4)" : v3 ? "AVX2 (x86-64-v3)" : "SSE2 (x86-64)";
 #elif defined(__aarch64__)
   ours = "NEON (AArch64)";
 #else
