@@ -4,7 +4,11 @@ find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 set(WATERSKY_OPENCV_COMPONENTS core imgproc imgcodecs calib3d features2d video)
 find_package(OpenCV 4.5 REQUIRED COMPONENTS ${WATERSKY_OPENCV_COMPONENTS})
 find_package(GDAL 3.6 REQUIRED)
+# PROJ's own version file refuses every cross build, also one for its processor.
+set(crosscompiling ${CMAKE_CROSSCOMPILING})
+set(CMAKE_CROSSCOMPILING FALSE)
 find_package(PROJ 9 REQUIRED CONFIG)
+set(CMAKE_CROSSCOMPILING ${crosscompiling})
 find_package(yaml-cpp 0.7 REQUIRED)
 find_package(Boost 1.74 REQUIRED)  # headers
 find_package(nlohmann_json 3.11 REQUIRED)

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "opencl_check.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/vision/segmentation.hpp"
@@ -75,6 +76,9 @@ void add_segmentation(CLI::App& verb, SegmentationChoice& choice) {
                   "what melt ponds on floes count as: for the learned methods, and in masks")
       ->check(CLI::IsMember({"ice", "water"}))
       ->capture_default_str();
+  verb.add_flag("--opencl", choice.opencl,
+                "run the filters of --method edges or watershed on the OpenCL device, once it has "
+                "shown that it computes what the processor does");
 }
 
 Result<IceModel> read_ice_model(const std::string& file) {
@@ -88,6 +92,13 @@ Result<Segmentation> resolve(const SegmentationChoice& choice) {
   WATERSKY_TRY(chosen.method, segmentation_method(choice.method));
   WATERSKY_TRY(chosen.ice, ice_polarity(choice.ice));
   chosen.ponds_are_ice = choice.pond_is == "ice";
+  if (choice.opencl) {
+    if (chosen.method != SegmentationMethod::Edges &&
+        chosen.method != SegmentationMethod::Watershed)
+      return Error{ErrorCode::Usage, "--opencl is for --method edges or watershed; --method " +
+                                         choice.method + " has nothing that OpenCL could run"};
+    WATERSKY_CHECK(use_opencl_if_sound());
+  }
   if (choice.model.empty()) return chosen;
   if (!is_learned(chosen.method))
     return Error{ErrorCode::Usage, "--model is for the learned methods, not for --method " +

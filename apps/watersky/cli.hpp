@@ -63,9 +63,10 @@ void add_parameters(CLI::App& app, Parameters& parameters, const std::string& gr
   });
 }
 
-/// --method, --model, --ice and --pond-is, as every verb that segments has them.
+/// --method, --model, --ice, --pond-is and --opencl, as every verb that segments has them.
 struct SegmentationChoice {
   std::string method{name_of(kDefaultSegmentationMethod)}, ice = "auto", model, pond_is = "water";
+  bool opencl = false;
 };
 void add_segmentation(CLI::App& verb, SegmentationChoice& choice);
 
@@ -76,6 +77,7 @@ struct Segmentation {
   std::shared_ptr<const IceModel> model;  ///< nullptr: the one that ships
   bool ponds_are_ice = false;
 };
+/// Turns OpenCL on when it was chosen; Unsupported where it cannot be trusted.
 [[nodiscard]] Result<Segmentation> resolve(const SegmentationChoice& choice);
 
 [[nodiscard]] Result<IceModel> read_ice_model(const std::string& file);
@@ -117,5 +119,6 @@ void add_calibrate(CLI::App& app);
 
 void add_simulate(CLI::App& app);
 void add_inspect(CLI::App& app);
+void add_doctor(CLI::App& app);
 
 }  // namespace watersky::cli

@@ -5,9 +5,11 @@
 
 #include "cli.hpp"
 #include "watersky/base/memory.hpp"
+#include "watersky/vision/opencl.hpp"
 
 int main(int argc, char** argv) {
   watersky::keep_freed_memory();
+  (void)watersky::use_opencl(false);  // drivers are not trusted before they are tried
   CLI::App app{
       "Watersky maps sea ice from a UAV while it flies.\n"
       "Angles are degrees, lengths metres, times seconds; every option names its unit.",
@@ -27,6 +29,7 @@ int main(int argc, char** argv) {
   watersky::cli::add_calibrate(app);
   watersky::cli::add_simulate(app);
   watersky::cli::add_inspect(app);
+  watersky::cli::add_doctor(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

@@ -8,6 +8,7 @@
 #include "watersky/products/map_products.hpp"
 #include "watersky/products/products.hpp"
 #include "watersky/products/run_json.hpp"
+#include "watersky/vision/opencl.hpp"
 
 namespace watersky::cli {
 
@@ -87,6 +88,7 @@ VerbResult run(const Options& o, const Common& common) {
                                      : flight,
                         options, progress);
   if (!run) return run.error().at(o.flight.flight);
+  if (uses_opencl()) run->notes.emplace_back("The segmentation's filters ran on OpenCL.");
   if (*alignment) run->notes.insert(run->notes.begin(), summary(**alignment));
   run->source_id = source_id_of(flight);
   auto made = earlier ? continued_products_of(*run, *earlier) : Result<Products>(products_of(*run));

@@ -3,7 +3,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -62,8 +61,10 @@ std::optional<Pixel> SeaView::pixel(const Point<Sea>& p_sea) const {
 
 namespace {
 
-constexpr int kSamplesPerSide = 32;
-constexpr int kSamples = 4 * kSamplesPerSide;
+/// Of the image's edge, at first; and where so few would cut off more than this share of the
+/// outline's area (a lens whose circle grazes the sea), four times as many, and again.
+constexpr int kSamplesPerSide = 32, kMostSamplesPerSide = 512;
+constexpr double kMostCutOff = 0.002;
 constexpr double kTurn = 2 * std::numbers::pi;
 
 using Line = std::vector<Eigen::Vector2d>;
@@ -129,32 +130,61 @@ Eigen::Vector2d crossing(const SeaView& view, double seen, double unseen) {
 struct EdgeWalk {
   std::vector<Line> lines;
   bool closed = false;
+  double cut_off_m2 = 0.0;  ///< about what lies between the lines' straight pieces and the curves
 };
 
-EdgeWalk walk_edge(const SeaView& view) {
-  std::array<std::optional<Point<Sea>>, kSamples> samples;
+/// What a line cuts off a curve through its points: each three of them span a triangle, and
+/// between its two short sides and a parabola lies a third of its area. Two triangles tell of each
+/// side. Corners of the image, whose `t` is a whole number, are corners.
+double cut_off_m2(const Line& line, const std::vector<double>& t, bool closed) {
+  const std::size_t n = line.size();
+  if (n < 4 && !closed) return std::numeric_limits<double>::infinity();  // too few to tell
+  double triangles_m2 = 0.0;
+  for (std::size_t i = closed ? 0 : 1; i + (closed ? 0 : 1) < n; ++i)
+    if (t[i] != std::floor(t[i])) {
+      const Eigen::Vector2d &a = line[(i + n - 1) % n], &b = line[i], &c = line[(i + 1) % n];
+      triangles_m2 += 0.5 * std::abs(cross(b - a, c - b));
+    }
+  return triangles_m2 / 3.0 / 2.0;
+}
+
+EdgeWalk walk_edge(const SeaView& view, int samples_per_side) {
+  const int in_all = 4 * samples_per_side;
+  std::vector<std::optional<Point<Sea>>> samples(static_cast<std::size_t>(in_all));
   int seen = 0, start = 0;  // start at a sample that is not seen, if there is one
-  for (int i = 0; i < kSamples; ++i) {
+  for (int i = 0; i < in_all; ++i) {
     samples[static_cast<std::size_t>(i)] =
-        sea_at_edge(view, static_cast<double>(i) / kSamplesPerSide);
+        sea_at_edge(view, static_cast<double>(i) / samples_per_side);
     if (samples[static_cast<std::size_t>(i)])
       ++seen;
     else
       start = i;
   }
   EdgeWalk walk;
-  walk.closed = seen == kSamples;
+  walk.closed = seen == in_all;
   if (walk.closed) walk.lines.emplace_back();
+  std::vector<double> along;  // `t` of the points of the line that is walked
   bool was_seen = walk.closed;
-  for (int n = 0; n <= kSamples - (walk.closed ? 1 : 0); ++n) {
-    const auto& now = samples[static_cast<std::size_t>((start + n) % kSamples)];
-    const double t = static_cast<double>(start + n) / kSamplesPerSide,
-                 before = t - 1.0 / kSamplesPerSide;
-    if (now && !was_seen) walk.lines.push_back({crossing(view, t, before)});
-    if (!now && was_seen) walk.lines.back().push_back(crossing(view, before, t));
-    if (now) walk.lines.back().push_back(now->v.head<2>());
+  for (int n = 0; n <= in_all - (walk.closed ? 1 : 0); ++n) {
+    const auto& now = samples[static_cast<std::size_t>((start + n) % in_all)];
+    const double t = static_cast<double>(start + n) / samples_per_side,
+                 before = t - 1.0 / samples_per_side;
+    if (now && !was_seen) {
+      walk.lines.push_back({crossing(view, t, before)});
+      along.assign(1, t);
+    }
+    if (now) {
+      walk.lines.back().push_back(now->v.head<2>());
+      along.push_back(t);
+    }
+    if (!now && was_seen) {
+      walk.lines.back().push_back(crossing(view, before, t));
+      along.push_back(t);
+      walk.cut_off_m2 += cut_off_m2(walk.lines.back(), along, false);
+    }
     was_seen = now.has_value();
   }
+  if (walk.closed) walk.cut_off_m2 = cut_off_m2(walk.lines.front(), along, true);
   return walk;
 }
 
@@ -286,15 +316,18 @@ Result<SeaView> SeaView::make(const CameraModel& camera, const Rigid3<Sea, Camer
   SeaView view(camera, sea_from_camera);
   view.max_distance_m_ = height_m / std::tan(std::max(limits.min_grazing.radians(), 1e-3));
 
-  const EdgeWalk walk = walk_edge(view);
-  view.cut_ = !walk.closed;
   Line outline;
-  if (walk.closed) {
-    outline = walk.lines.front();
-  } else if (!walk.lines.empty()) {
-    outline = close_along_limit(view, walk.lines);
-  } else if (on_image(view, point_below(view))) {
-    outline = whole_limit(view);  // a wide lens may hold the whole circle
+  for (int samples = kSamplesPerSide; samples <= kMostSamplesPerSide; samples *= 4) {
+    const EdgeWalk walk = walk_edge(view, samples);
+    view.cut_ = !walk.closed;
+    if (walk.closed) {
+      outline = walk.lines.front();
+    } else if (!walk.lines.empty()) {
+      outline = close_along_limit(view, walk.lines);
+    } else if (on_image(view, point_below(view))) {
+      outline = whole_limit(view);  // a wide lens may hold the whole circle
+    }
+    if (walk.cut_off_m2 <= kMostCutOff * std::abs(signed_area_m2(outline))) break;
   }
   if (outline.empty()) {
     char text[200];

@@ -57,8 +57,11 @@ class RandomPoses : public ::testing::Test {
     return std::uniform_real_distribution<double>(low, high)(rng_);
   }
   Rigid3<Sea, Camera> random_pose(double highest_pitch_deg) {
-    return pose(uniform(-180, 180), uniform(-90, highest_pitch_deg), uniform(-40, 40),
-                {uniform(-50, 50), uniform(-50, 50), -uniform(10, 500)});
+    // Drawn one by one: arguments are evaluated in another order on another processor.
+    const double yaw_deg = uniform(-180, 180), pitch_deg = uniform(-90, highest_pitch_deg),
+                 roll_deg = uniform(-40, 40);
+    const double north_m = uniform(-50, 50), east_m = uniform(-50, 50), down_m = -uniform(10, 500);
+    return pose(yaw_deg, pitch_deg, roll_deg, {north_m, east_m, down_m});
   }
   std::mt19937 rng_{12};
 };

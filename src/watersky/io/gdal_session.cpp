@@ -32,6 +32,14 @@ Error GdalSession::error(const std::filesystem::path& file) const {
                              (failure_.empty() ? std::string("GDAL gave no reason") : failure_)};
 }
 
+bool has_gdal_driver(const std::string& name, std::string_view able) {
+  const GdalSession registered;
+  GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName(name.c_str());
+  if (!driver || able.empty()) return driver != nullptr;
+  const char* options = driver->GetMetadataItem(GDAL_DMD_CREATIONOPTIONLIST);
+  return options && std::string_view(options).find(able) != std::string_view::npos;
+}
+
 void DatasetCloser::operator()(GDALDataset* dataset) const { GDALClose(dataset); }
 
 MemoryFile::MemoryFile(const std::string& extension) {

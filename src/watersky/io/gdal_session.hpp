@@ -30,6 +30,10 @@ class GdalSession {
   std::string failure_;
 };
 
+/// Whether GDAL, as it is installed here, has the driver ("COG"), and whether that can make what
+/// `able` names in its creation options ("JPEG"), if given.
+[[nodiscard]] bool has_gdal_driver(const std::string& name, std::string_view able = {});
+
 struct DatasetCloser {
   void operator()(GDALDataset* dataset) const;
 };

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "watersky/vision/detail/image.hpp"
+#include "watersky/vision/opencl.hpp"
 
 namespace watersky {
 
@@ -32,11 +33,8 @@ cv::Mat EdgeSegmenter::bright(const Frame& frame) const {
   if (!frame.valid.empty()) level.setTo(0.5, frame.valid == 0);
   // A hot pixel is no edge.
   level = cv::max(cv::min(level, 4.0), -3.0);
-  cv::GaussianBlur(level, level, cv::Size(), parameters_.sigma_px, parameters_.sigma_px,
-                   cv::BORDER_REFLECT);
   constexpr double kUnit = kSobel * kScale * 16.0;
-  cv::Sobel(level, dx, CV_32F, 1, 0, 3, kUnit / kSobel, 0, cv::BORDER_REFLECT);
-  cv::Sobel(level, dy, CV_32F, 0, 1, 3, kUnit / kSobel, 0, cv::BORDER_REFLECT);
+  smooth_and_derive(level, parameters_.sigma_px, kUnit / kSobel, dx, dy);
   dx.convertTo(dx, CV_16S);
   dy.convertTo(dy, CV_16S);
   const double high = parameters_.edge_contrast * kUnit;

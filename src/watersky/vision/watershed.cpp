@@ -7,6 +7,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "watersky/vision/opencl.hpp"
+
 namespace watersky {
 
 void flood_from_markers(const cv::Mat& relief, const cv::Mat& valid, cv::Mat& markers) {
@@ -61,10 +63,7 @@ cv::Mat WatershedSegmenter::bright(const Frame& frame) const {
   frame.gray.convertTo(level, CV_32F, 1.0 / contrast, -frame.dark / contrast);
   if (!frame.valid.empty()) level.setTo(0.5, frame.valid == 0);
   level = cv::max(cv::min(level, 2.0), -1.0);
-  cv::GaussianBlur(level, level, cv::Size(), parameters_.sigma_px, parameters_.sigma_px,
-                   cv::BORDER_REFLECT);
-  cv::Sobel(level, dx, CV_32F, 1, 0, 3, 0.125, 0, cv::BORDER_REFLECT);
-  cv::Sobel(level, dy, CV_32F, 0, 1, 3, 0.125, 0, cv::BORDER_REFLECT);
+  smooth_and_derive(level, parameters_.sigma_px, 0.125, dx, dy);
   cv::magnitude(dx, dy, relief);
   // Half the contrast within a pixel is as steep as edges get.
   relief.convertTo(relief, CV_8U, 2.0 * 255.0);

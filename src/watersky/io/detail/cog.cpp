@@ -11,11 +11,6 @@ namespace watersky::detail {
 
 namespace {
 
-bool has_zstd(GDALDriver& driver) {
-  const char* options = driver.GetMetadataItem(GDAL_DMD_CREATIONOPTIONLIST);
-  return options && std::string_view(options).find("ZSTD") != std::string_view::npos;
-}
-
 }  // namespace
 
 bool describe(GDALDataset& dataset, const RasterPlace& place, const RasterText& text) {
@@ -42,7 +37,7 @@ CPLStringList cog_options(GDALDriver& driver, bool picture) {
     options.SetNameValue("QUALITY", "90");
     options.SetNameValue("OVERVIEW_QUALITY", "90");
   } else {
-    const char* codec = has_zstd(driver) ? "ZSTD" : "DEFLATE";
+    const char* codec = has_gdal_driver("COG", "ZSTD") ? "ZSTD" : "DEFLATE";
     options.SetNameValue("COMPRESS", codec);
     options.SetNameValue("OVERVIEW_COMPRESS", codec);
     options.SetNameValue("LEVEL", "1");
