@@ -72,7 +72,7 @@ Status write_cog(const std::filesystem::path& path, GDALDataset& source, bool pi
   if (!driver)
     return Error{ErrorCode::Unsupported,
                  path.string() + ": this GDAL has no COG driver; install GDAL 3.1 or later"};
-  const CPLStringList options = detail::cog_options(*driver, picture);
+  const CPLStringList options = detail::cog_options(picture);
   const MemoryFile file(".tif");
   DatasetPtr cog(
       driver->CreateCopy(file.name().c_str(), &source, FALSE, options.List(), nullptr, nullptr));

@@ -154,7 +154,7 @@ Status write_geotiff(const fs::path& path, const StreamedRaster& raster, const R
   SourceDataset source(raster, *kind);
   if (!detail::describe(source, place, text)) return gdal.error(path);
   source.GetRasterBand(1)->SetDescription(utf8(text.description).c_str());
-  CPLStringList options = detail::cog_options(*driver, false);
+  CPLStringList options = detail::cog_options(false);
   options.SetNameValue("SPARSE_OK", "YES");
   options.SetNameValue("OVERVIEW_RESAMPLING", raster.type == CV_32F ? "AVERAGE" : "NEAREST");
   fs::path part = path;

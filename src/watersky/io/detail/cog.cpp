@@ -3,15 +3,9 @@
 
 #include <gdal_priv.h>
 
-#include <string_view>
-
 #include "watersky/io/gdal_session.hpp"
 
 namespace watersky::detail {
-
-namespace {
-
-}  // namespace
 
 bool describe(GDALDataset& dataset, const RasterPlace& place, const RasterText& text) {
   OGRSpatialReference crs;
@@ -27,7 +21,7 @@ bool describe(GDALDataset& dataset, const RasterPlace& place, const RasterText& 
   return true;
 }
 
-CPLStringList cog_options(GDALDriver& driver, bool picture) {
+CPLStringList cog_options(bool picture) {
   CPLStringList options;
   options.SetNameValue("OVERVIEWS", "AUTO");
   options.SetNameValue("BIGTIFF", "IF_SAFER");

@@ -6,7 +6,6 @@
 #include "watersky/io/geotiff.hpp"
 
 class GDALDataset;
-class GDALDriver;
 
 namespace watersky::detail {
 
@@ -14,6 +13,6 @@ namespace watersky::detail {
 [[nodiscard]] bool describe(GDALDataset& dataset, const RasterPlace& place, const RasterText& text);
 
 /// Creation options of the COG driver; a picture is JPEG, data lossless.
-[[nodiscard]] CPLStringList cog_options(GDALDriver& driver, bool picture);
+[[nodiscard]] CPLStringList cog_options(bool picture);
 
 }  // namespace watersky::detail
