@@ -28,7 +28,8 @@ struct LocatedFrame {
   CameraPose pose;
 };
 
-/// A frame whose view of the grid is worked out.
+/// A frame whose view of the grid is worked out: when its turn comes, so that a long flight costs
+/// no more memory than a short one.
 struct PlannedFrame {
   const ImageFrame* frame = nullptr;
   CameraPose pose;
@@ -47,12 +48,20 @@ struct PreparedFrame {
   detail::FrameWatch::Seen seen;  ///< to tell what the camera did
 };
 
+/// A frame on its way into the map.
+struct ReadyFrame {
+  PlannedFrame planned;
+  PreparedFrame prepared;
+};
+
+constexpr int kMostReduction = 8;  ///< of libjpeg
+
 /// The strongest reduction while decoding that still leaves a cell more than one pixel: then
 /// what a cell shows is decided by its own pixels, wherever they fall.
 int choose_reduction(double pixels_per_cell) {
   constexpr double kLeast = 1.25;
   int reduction = 1;
-  while (reduction < 8 && pixels_per_cell / (2 * reduction) >= kLeast) reduction *= 2;
+  while (reduction < kMostReduction && pixels_per_cell / (2 * reduction) >= kLeast) reduction *= 2;
   return reduction;
 }
 
@@ -210,17 +219,18 @@ class FlightMapper {
 
  private:
   [[nodiscard]] std::vector<LocatedFrame> locate(std::vector<LeftOut>& left_out) const;
-  [[nodiscard]] Result<std::vector<PlannedFrame>> plan(const std::vector<LocatedFrame>& located,
-                                                       MapRun& run) const;
-  [[nodiscard]] Status prepare_masks(const std::vector<PlannedFrame>& frames,
-                                     const MapReference& reference);
-  void observe(const std::vector<PlannedFrame>& frames);
+  [[nodiscard]] Result<PlannedFrame> plan(const LocatedFrame& located,
+                                          const MapReference& reference) const;
+  [[nodiscard]] Status prepare_masks(const MapReference& reference);
+  void observe(const std::vector<LocatedFrame>& frames, const MapReference& reference);
   [[nodiscard]] Result<std::pair<cv::Mat, CameraModel>> loaded(const PlannedFrame& planned) const;
   /// CV_8U, or empty where all of the frame may be used.
   [[nodiscard]] cv::Mat valid(const PlannedFrame& planned, const CameraModel& camera) const;
   [[nodiscard]] Result<PreparedFrame> prepare(const PlannedFrame& planned) const;
-  void integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared, MapRun& run,
-                 std::size_t& untold);
+  [[nodiscard]] Result<ReadyFrame> make_ready(const LocatedFrame& located,
+                                              const MapReference& reference) const;
+  /// The reason where it could not be done.
+  [[nodiscard]] Status integrate(const ReadyFrame& ready, MapRun& run, std::size_t& untold);
 
   const Flight& flight_;
   const MappingOptions& options_;
@@ -245,34 +255,25 @@ std::vector<LocatedFrame> FlightMapper::locate(std::vector<LeftOut>& left_out) c
       left_out.push_back({frame.name, pose.error().message});
     }
   }
+  // Evidence is clamped, so the order counts: that of capture, whatever the recording's.
+  std::stable_sort(
+      located.begin(), located.end(),
+      [](const LocatedFrame& a, const LocatedFrame& b) { return a.pose.time < b.pose.time; });
   return located;
 }
 
-Result<std::vector<PlannedFrame>> FlightMapper::plan(const std::vector<LocatedFrame>& located,
-                                                     MapRun& run) const {
+Result<PlannedFrame> FlightMapper::plan(const LocatedFrame& located,
+                                        const MapReference& reference) const {
   const ViewLimits limits{Angle::degrees(options_.parameters.min_grazing_deg)};
-  std::vector<PlannedFrame> planned;
-  for (const auto& [frame, pose] : located) {
-    WATERSKY_TRY(const Eigen::Matrix3d sea_from_grid, run.reference.sea_from_grid(pose.sea_below));
-    auto view = SeaView::make(flight_.camera, pose.sea_from_camera, limits);
-    auto grid =
-        view ? make_grid_view(*view, sea_from_grid, pose.shutter) : Result<GridView>(view.error());
-    if (!grid) {
-      run.left_out.push_back({frame->name, grid.error().message});
-      continue;
-    }
-    const int reduction = choose_reduction(grid->pixels_per_cell);
-    planned.push_back({frame, pose, *std::move(view), *std::move(grid), reduction});
-  }
-  // Evidence is clamped, so the order counts: that of capture, whatever the recording's.
-  std::stable_sort(
-      planned.begin(), planned.end(),
-      [](const PlannedFrame& a, const PlannedFrame& b) { return a.pose.time < b.pose.time; });
-  return planned;
+  const auto& [frame, pose] = located;
+  WATERSKY_TRY(const Eigen::Matrix3d sea_from_grid, reference.sea_from_grid(pose.sea_below));
+  WATERSKY_TRY(SeaView view, SeaView::make(flight_.camera, pose.sea_from_camera, limits));
+  WATERSKY_TRY(GridView grid, make_grid_view(view, sea_from_grid, pose.shutter));
+  const int reduction = choose_reduction(grid.pixels_per_cell);
+  return PlannedFrame{frame, pose, std::move(view), std::move(grid), reduction};
 }
 
-Status FlightMapper::prepare_masks(const std::vector<PlannedFrame>& frames,
-                                   const MapReference& reference) {
+Status FlightMapper::prepare_masks(const MapReference& reference) {
   WATERSKY_TRY(excluded_, detail::ExcludedAreas::make(options_.excluded, reference));
   if (options_.camera_mask.empty()) return {};
   const auto add = [this](const CameraModel& camera) -> Status {
@@ -283,9 +284,8 @@ Status FlightMapper::prepare_masks(const std::vector<PlannedFrame>& frames,
     mask = *std::move(made);
     return {};
   };
-  WATERSKY_CHECK(add(flight_.camera));
-  for (const PlannedFrame& planned : frames)
-    WATERSKY_CHECK(add(flight_.camera.reduced_by(planned.reduction)));
+  for (int reduction = 1; reduction <= kMostReduction; reduction *= 2)
+    WATERSKY_CHECK(add(flight_.camera.reduced_by(reduction)));
   return {};
 }
 
@@ -301,7 +301,7 @@ Result<std::pair<cv::Mat, CameraModel>> FlightMapper::loaded(const PlannedFrame&
   return load(planned, flight_.camera, options_.parameters.mosaic);
 }
 
-void FlightMapper::observe(const std::vector<PlannedFrame>& frames) {
+void FlightMapper::observe(const std::vector<LocatedFrame>& frames, const MapReference& reference) {
   // Enough to know the flight's ice and water by; more would only decode twice.
   constexpr std::size_t kObserved = 16;
   constexpr std::size_t kCacheBytes = std::size_t{256} << 20;
@@ -309,10 +309,11 @@ void FlightMapper::observe(const std::vector<PlannedFrame>& frames) {
   const std::size_t count = std::min(kObserved, frames.size());
   const auto each = [&](const auto& body) {
     for (std::size_t i = 0; i < count; ++i) {
-      const PlannedFrame& planned = frames[i * frames.size() / count];
       report(progress_, "looking", i, count);
-      // One that cannot be loaded prepare() meets again and reports.
-      if (auto image = loaded(planned)) body(planned, *image, valid(planned, image->second));
+      // What cannot be planned or loaded make_ready() meets again and reports.
+      const auto planned = plan(frames[i * frames.size() / count], reference);
+      if (!planned) continue;
+      if (auto image = loaded(*planned)) body(*planned, *image, valid(*planned, image->second));
     }
   };
   if (options_.parameters.correct_sensor) {
@@ -357,29 +358,32 @@ Result<PreparedFrame> FlightMapper::prepare(const PlannedFrame& planned) const {
   return prepared;
 }
 
-void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedFrame>& prepared,
-                             MapRun& run, std::size_t& untold) {
-  const auto leave_out = [&](const Error& e) {
-    run.left_out.push_back({planned.frame->name, e.message});
-  };
-  if (!prepared) return leave_out(prepared.error());
+Result<ReadyFrame> FlightMapper::make_ready(const LocatedFrame& located,
+                                            const MapReference& reference) const {
+  WATERSKY_TRY(PlannedFrame planned, plan(located, reference));
+  WATERSKY_TRY(PreparedFrame prepared, prepare(planned));
+  return ReadyFrame{std::move(planned), std::move(prepared)};
+}
+
+Status FlightMapper::integrate(const ReadyFrame& ready, MapRun& run, std::size_t& untold) {
+  const auto& [planned, prepared] = ready;
   // Here and not while preparing: which frame came before must not depend on threads.
   if (const auto reason = watch_.judge(planned.frame->name, planned.pose.time, planned.grid,
-                                       prepared->camera, prepared->seen))
-    return leave_out({ErrorCode::InvalidInput, *reason});
-  const GridView view = planned.grid.with(prepared->camera);
-  const auto touched = run.map.update(view, prepared->evidence, planned.pose.time);
-  if (!touched) return leave_out(touched.error());
-  if (planned.pose.covariance && options_.parameters.soften_by_pose && *touched > 0)
+                                       prepared.camera, prepared.seen))
+    return Error{ErrorCode::InvalidInput, *reason};
+  const GridView view = planned.grid.with(prepared.camera);
+  WATERSKY_TRY(const std::size_t touched,
+               run.map.update(view, prepared.evidence, planned.pose.time));
+  if (planned.pose.covariance && options_.parameters.soften_by_pose && touched > 0)
     run.uncertainty.add(planned.grid,
                         place_covariance(planned.pose, flight_.shared_covariance_m2, planned.grid));
   // A frame in fog is where it is, and belongs in the mosaic; it only says nothing of the ice.
-  untold += prepared->known ? 0 : 1;
-  if (*touched == 0 && prepared->known)
-    return leave_out({ErrorCode::OutOfRange,
-                      "it fills no cell of the map: its footprint is smaller than a cell"});
-  if (!prepared->image.empty())
-    if (const Status s = run.mosaic.add(view, prepared->image); !s)
+  untold += prepared.known ? 0 : 1;
+  if (touched == 0 && prepared.known)
+    return Error{ErrorCode::OutOfRange,
+                 "it fills no cell of the map: its footprint is smaller than a cell"};
+  if (!prepared.image.empty())
+    if (const Status s = run.mosaic.add(view, prepared.image); !s)
       run.notes.push_back(planned.frame->name +
                           " is in the map but not in the mosaic: " + s.error().message);
 
@@ -389,9 +393,10 @@ void FlightMapper::integrate(const PlannedFrame& planned, const Result<PreparedF
         run.reference.easting_northing_m(corner.x(), corner.y()));
   used.gsd_m = planned.view.gsd_m();
   used.height_above_sea_m = planned.view.height_m();
-  used.ice_fraction = prepared->ice_fraction;
+  used.ice_fraction = prepared.ice_fraction;
   used.cut_by_grazing_limit = planned.view.cut_by_grazing_limit();
   run.used.push_back(std::move(used));
+  return {};
 }
 
 Result<MapRun> FlightMapper::run() {
@@ -425,25 +430,25 @@ Result<MapRun> FlightMapper::run() {
              .datum = flight_.datum,
              .times_are_utc = flight_.times_are_utc};
 
-  WATERSKY_TRY(const std::vector<PlannedFrame> planned, plan(located, run));
-  WATERSKY_CHECK(prepare_masks(planned, run.reference));
-  observe(planned);
+  WATERSKY_CHECK(prepare_masks(run.reference));
+  observe(located, run.reference);
+  // Frames are decoded, looked at and turned to evidence side by side, as many as there are
+  // threads; into the map they go one by one, in order of capture, whatever the threads.
   const std::size_t window = static_cast<std::size_t>(std::max(1, options_.threads));
-  std::deque<std::future<Result<PreparedFrame>>> ahead;
+  std::deque<std::future<Result<ReadyFrame>>> ahead;
   std::size_t next = 0, untold = 0;
-  for (std::size_t i = 0; i < planned.size(); ++i) {
-    report(progress_, "mapping", i, planned.size());
-    if (window == 1) {
-      integrate(planned[i], prepare(planned[i]), run, untold);
-      continue;
-    }
-    for (; next < planned.size() && next < i + window; ++next)
-      ahead.push_back(std::async(std::launch::async,
-                                 [this, &planned, next] { return prepare(planned[next]); }));
-    integrate(planned[i], ahead.front().get(), run, untold);
+  for (std::size_t i = 0; i < located.size(); ++i) {
+    report(progress_, "mapping", i, located.size());
+    for (; next < located.size() && next < i + window; ++next)
+      ahead.push_back(std::async(
+          window == 1 ? std::launch::deferred : std::launch::async,
+          [this, &run, &frame = located[next]] { return make_ready(frame, run.reference); }));
+    const auto ready = ahead.front().get();
     ahead.pop_front();
+    const Status done = ready ? integrate(*ready, run, untold) : Status(ready.error());
+    if (!done) run.left_out.push_back({located[i].frame->name, done.error().message});
   }
-  report(progress_, "mapping", planned.size(), planned.size());
+  report(progress_, "mapping", located.size(), located.size());
   if (run.used.empty()) return none(run.left_out);
   if (untold == run.used.size())
     return Error{ErrorCode::OutOfRange,
@@ -460,8 +465,8 @@ Result<MapRun> FlightMapper::run() {
   for (auto& note : detail::notes_on(run.sensor_events)) run.notes.push_back(std::move(note));
   const Findings found = segmenter_.findings();
   run.ice = found.polarity ? found.polarity->polarity : IcePolarity::Auto;
-  const auto still = std::count_if(planned.begin(), planned.end(), [](const PlannedFrame& p) {
-    return p.pose.shutter.readout_s == 0.0;
+  const auto still = std::count_if(located.begin(), located.end(), [](const LocatedFrame& l) {
+    return l.pose.shutter.readout_s == 0.0;
   });
   if (flight_.readout_s > 0 && still > 0)
     run.notes.push_back("The shutter rolls (readout_s), but how the camera moved is not known of " +
