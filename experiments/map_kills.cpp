@@ -2,8 +2,8 @@
 /// kill -9 while frames stream into a live map at 30 Hz: what is lost, and whether what is found is
 /// a map that was. The page cache outlives a kill; what a power cut takes is the test power_cut's.
 ///
-///   map_kills [KILLS [FOLDER]]     20 by default, in a folder under the temporary one; some 0.7 s
-///                                  each
+///   map_kills [KILLS [FOLDER]]     20 by default, in a folder under the temporary one; about a
+///                                  second each
 #include <cstdlib>
 #include <string>
 
@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   const test::TemporaryFolder temporary;
   const std::filesystem::path folder =
       argc > 2 ? std::filesystem::path(argv[2]) : temporary.path() / "live";
-  const test::KillFigures figures = test::kill_flights(folder, kills, 1.3, 1);
+  const test::KillFigures figures = test::kill_flights(folder, kills, 2.0, 1);
   study::print_figure("map_kills.kills", figures.kills);
   study::print_figure("map_kills.corrupt", figures.corrupt);
   study::print_figure("map_kills.most_lost_s", figures.most_lost_s, "s");

@@ -126,6 +126,19 @@ bool all_blocks_are_in(const fs::path& file) {
   return true;
 }
 
+/// GDAL keeps blocks up to a part of the machine's memory, whatever else needs it; here each is
+/// used once.
+class SmallBlockCache {
+ public:
+  SmallBlockCache() { GDALSetCacheMax64(GIntBig{64} << 20); }
+  ~SmallBlockCache() { GDALSetCacheMax64(before_); }
+  SmallBlockCache(const SmallBlockCache&) = delete;
+  SmallBlockCache& operator=(const SmallBlockCache&) = delete;
+
+ private:
+  GIntBig before_ = GDALGetCacheMax64();
+};
+
 struct Told {
   const Progress& progress;
   std::string name;
@@ -147,6 +160,7 @@ Status write_geotiff(const fs::path& path, const StreamedRaster& raster, const R
                                              ": a raster must have cells, of one 32 or 64 bit "
                                              "float, one 16 bit count or one 8 bit class"};
   GdalSession gdal;
+  const SmallBlockCache cache;
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
   if (!driver)
     return Error{ErrorCode::Unsupported,

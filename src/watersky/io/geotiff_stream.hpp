@@ -19,9 +19,9 @@ struct StreamedRaster {
   std::function<Result<cv::Mat>(const cv::Rect& cells)> read;
 };
 
-/// Memory: some hundred blocks, whatever the raster's size; beside the file a temporary one a third
-/// as large. Blocks without a known cell take no room. Io, or what `read` says; then nothing is
-/// left.
+/// Memory: some hundred blocks, whatever the raster's size (bench/map_large); beside the file a
+/// temporary one a third as large. Blocks without a known cell take no room. Io, or what `read`
+/// says; then nothing is left.
 Status write_geotiff(const std::filesystem::path& path, const StreamedRaster& raster,
                      const RasterPlace& place, const RasterText& text,
                      const Progress& progress = {});

@@ -20,9 +20,9 @@ namespace watersky {
 
 struct JournalWriterOptions {
   JournalOptions journal{};
-  /// Between two offers: what a power cut may take is this and one commit. Half a second leaves the
-  /// other half of the one promised to the disk.
-  std::chrono::milliseconds commit_every{500};
+  /// Between two offers: what a power cut may take is this and one commit. A quarter of a second
+  /// leaves the rest of the one promised to the disk.
+  std::chrono::milliseconds commit_every{250};
   std::chrono::milliseconds retry_after{1000};
 };
 
