@@ -194,6 +194,12 @@ void EvidenceLevels::shrunk_row(const Averaging& averaging, int width, int heigh
                                 int count, std::int16_t* out) {
   const int k = averaging.shrink;
   v = std::clamp(v, 0, height - 1);
+  if (u0 >= width) {  // a piece of nothing but the repeated edge
+    std::int16_t last = 0;
+    shrunk_row(averaging, width, height, v, width - 1, 1, &last);
+    std::fill(out, out + count, last);
+    return;
+  }
   const int from = std::clamp(u0, 0, width - 1), to = std::clamp(u0 + count, from + 1, width);
   std::int16_t* inside = out + (from - u0);
   if (k == 1) {
