@@ -52,7 +52,7 @@ TEST(EvidenceLevels, EveryPixelIsTheMeanOfWhatItStandsFor) {
   for (int round = 0; round < 60; ++round) {
     const int kind = round % 4;  // a threshold, a table, a table with unknown levels, log-odds
     // Also sizes at which a piece holds nothing but the edge.
-    cv::Mat levels(pick(1, 150), round % 3 == 0 ? pick(252, 258) : pick(1, 170), CV_8U);
+    cv::Mat levels(pick(1, 60), round % 3 == 0 ? pick(1020, 1026) : pick(1, 170), CV_8U);
     for (auto& l : cv::Mat_<std::uint8_t>(levels)) l = static_cast<std::uint8_t>(pick(0, 255));
     EvidenceTable table = threshold_evidence(pick(0, 255), 0.7, 0.4, 0.5);
     if (kind != 0)
