@@ -194,6 +194,12 @@ void EvidenceLevels::shrunk_row(const Averaging& averaging, int width, int heigh
                                 int count, std::int16_t* out) {
   const int k = averaging.shrink;
   v = std::clamp(v, 0, height - 1);
+  if (u0 >= width) {  // a piece of nothing but the repeated edge
+    std::int16_t last = 0;
+    shrunk_row(averaging, width, height, v, width - 1, 1, &last);
+    std::fill(out, out + count, last);
+    return;
+  }
   const int from = std::clamp(u0, 0, width - 1), to = std::clamp(u0 + count, from + 1, width);
   std::int16_t* inside = out + (from - u0);
   if (k == 1) {
@@ -212,11 +218,16 @@ void EvidenceLevels::shrunk_row(const Averaging& averaging, int width, int heigh
                                counts_.data());
         kernels_.sum_counts(counts_.data(), k, n, count_table_.data(), inside);
       } else {
-        sums_.assign(static_cast<std::size_t>(n), 0);
-        for (int y = v * k; y < (v + 1) * k; ++y)
-          kernels_.sum_table(image_.ptr<std::uint8_t>(y, from * k), k, n, table_.data(),
-                             sums_.data());
-        for (int i = 0; i < n; ++i) inside[i] = mean_of(sums_[static_cast<std::size_t>(i)], k * k);
+        sums_.resize(static_cast<std::size_t>(n));
+        kernels_.sum_table(image_.ptr<std::uint8_t>(v * k, from * k),
+                           static_cast<int>(image_.step[0]), k, n, table_.data(), sums_.data());
+        const std::int32_t* sums = sums_.data();
+        const float share = 1.0F / static_cast<float>(k * k);
+        for (int i = 0; i < n; ++i) {
+          const float mean = static_cast<float>(sums[i]) * share;
+          inside[i] = static_cast<std::int16_t>(
+              static_cast<std::int32_t>(mean < 0 ? mean - 0.5F : mean + 0.5F));
+        }
       }
       if (whole < to) shrunk_carefully(k, v, whole, to - whole, inside + n);
     } else {

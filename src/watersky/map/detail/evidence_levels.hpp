@@ -62,7 +62,8 @@ class EvidenceLevels {
   [[nodiscard]] int finer_bits() const { return finer_; }
 
  private:
-  static constexpr int kChunkWidth = 256, kChunkHeight = 32;
+  /// Wide, because processors fetch ahead along rows of the image.
+  static constexpr int kChunkWidth = 1024, kChunkHeight = 16;
   static constexpr std::uint8_t kMissing = 0, kMade = 1, kMadeWithUnknown = 2;
 
   void make_chunk(Level& level, int u0, int v0, int u1, int v1);

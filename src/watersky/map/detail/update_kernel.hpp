@@ -90,9 +90,9 @@ struct UpdateKernels {
   /// out[i] = table[sum of the k counts from k i on]; k at least 2.
   void (*sum_counts)(const std::uint8_t* counts, int k, int count, const std::int16_t* table,
                      std::int16_t* out);
-  /// sums[i] += the table's values of the k levels from k i on.
-  void (*sum_table)(const std::uint8_t* levels, int k, int count, const std::int16_t* table,
-                    std::int32_t* sums);
+  /// sums[i]: of the table's values of the k x k levels from column k i on, rows `stride` apart.
+  void (*sum_table)(const std::uint8_t* levels, int stride, int k, int count,
+                    const std::int16_t* table, std::int32_t* sums);
   /// The mean of 2 x 2 values; reads count + 1 of both rows.
   void (*mean_2x2)(const std::int16_t* values, const std::int16_t* next_row, int count,
                    std::int16_t* out);

@@ -288,22 +288,24 @@ void sum_counts(const std::uint8_t* counts, int k, int count, const std::int16_t
 }
 
 template <int K>
-void sum_table_groups(const std::uint8_t* levels, int k, int count, const std::int16_t* table,
-                      std::int32_t* sums) {
+void sum_table_groups(const std::uint8_t* levels, int stride, int k, int count,
+                      const std::int16_t* table, std::int32_t* sums) {
   const int n = K > 0 ? K : k;
-  for (int i = 0; i < count; ++i, levels += n) {
+  for (int i = 0; i < count; ++i) {
+    const std::uint8_t* row = levels + i * n;
     std::int32_t sum = 0;
-    for (int j = 0; j < n; ++j) sum += table[levels[j]];
-    sums[i] += sum;
+    for (int r = 0; r < n; ++r, row += stride)
+      for (int c = 0; c < n; ++c) sum += table[row[c]];
+    sums[i] = sum;
   }
 }
 
-void sum_table(const std::uint8_t* levels, int k, int count, const std::int16_t* table,
+void sum_table(const std::uint8_t* levels, int stride, int k, int count, const std::int16_t* table,
                std::int32_t* sums) {
-  if (k == 2) return sum_table_groups<2>(levels, k, count, table, sums);
-  if (k == 3) return sum_table_groups<3>(levels, k, count, table, sums);
-  if (k == 4) return sum_table_groups<4>(levels, k, count, table, sums);
-  sum_table_groups<0>(levels, k, count, table, sums);
+  if (k == 2) return sum_table_groups<2>(levels, stride, k, count, table, sums);
+  if (k == 3) return sum_table_groups<3>(levels, stride, k, count, table, sums);
+  if (k == 4) return sum_table_groups<4>(levels, stride, k, count, table, sums);
+  sum_table_groups<0>(levels, stride, k, count, table, sums);
 }
 
 void mean_2x2(const std::int16_t* values, const std::int16_t* next_row, int count,

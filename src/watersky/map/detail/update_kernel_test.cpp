@@ -133,13 +133,17 @@ TEST_F(UpdateKernel, EveryInstructionSetReadsPixelsAlike) {
     for (const UpdateKernels* const* kernels = all_update_kernels(); *kernels != nullptr;
          ++kernels) {
       const UpdateKernels& f = **kernels;
-      std::vector<std::int16_t> out(5 * 320, 0);
+      std::vector<std::int16_t> out(1600, 0);
       f.threshold(row, count, t, below, above, out.data());
       f.threshold_2x2(row, next, count, t, below, above, out.data() + 320);
       std::vector<std::uint8_t> counts(2100, 0);
       for (int j = 0; j < k; ++j)
         f.count_above(row + j, count * k > 1000 ? 1000 : count * k, t, counts.data());
       f.sum_counts(counts.data(), k, count, table.data(), out.data() + 640);
+      std::vector<std::int32_t> sums(300);
+      f.sum_table(row, 11, 2 + i % 5, std::min(count, 150), image_.data(), sums.data());
+      for (std::size_t c = 0; c < 150; ++c)
+        out[1280 + c] = static_cast<std::int16_t>(sums[c] % 30000);
       f.mean_2x2(image_.data() + 5, image_.data() + 777, count, out.data() + 960);
       all.push_back(out);
       ASSERT_EQ(all.front(), out) << f.name;
