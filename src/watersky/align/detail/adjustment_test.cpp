@@ -157,7 +157,7 @@ TEST(Adjustment, AClockOfAWrongPeriodIsSetRight) {
     c.adjustment.delay_knot_times_s = {1.0, 6.0, 11.0, 16.0, 21.0, 26.0};
     c.adjustment.priors.delay_walk_s = 1e-4;
     c.adjustment.priors.delay_rate = delay_rate;
-    c.adjustment.priors.jitter_s = 0.0;
+    c.adjustment.priors.knot *= 1e-3;
     c.adjustment.reset();
     EXPECT_TRUE(c.adjustment.solve({.rounds = 4, .estimate_variances = false}).usable);
     double worst = 0.0;
