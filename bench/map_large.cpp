@@ -125,13 +125,13 @@ int main(int argc, char** argv) {
                              1e3 * *std::max_element(screen_s.begin(), screen_s.end()), "ms");
          return {};
        });
-  ok = ok && phase("export", [&]() -> Status {
-         WATERSKY_TRY(const StoredMap map, open_map(disk(), file));
-         const fs::path tif = folder / "probability.tif";
-         WATERSKY_CHECK(export_probability(map, tif));
-         bench::print_figure("map_large.export_bytes", static_cast<double>(fs::file_size(tif)),
-                             "B");
-         return {};
-       });
+  ok =
+      ok && phase("export", [&]() -> Status {
+        WATERSKY_TRY(const StoredMap map, open_map(disk(), file));
+        const fs::path tif = folder / "probability.tif";
+        WATERSKY_CHECK(export_probability(map, tif));
+        bench::print_figure("map_large.export_bytes", static_cast<double>(fs::file_size(tif)), "B");
+        return {};
+      });
   return ok ? 0 : 1;
 }
