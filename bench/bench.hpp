@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <vector>
 
 namespace watersky::bench {
@@ -20,6 +21,20 @@ double seconds_of(const Body& body) {
   const auto start = std::chrono::steady_clock::now();
   body();
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Processor time of this thread for one call, seconds: what else the machine does counts less. For
+/// bodies that start no threads.
+template <class Body>
+double cpu_seconds_of(const Body& body) {
+  const auto now = [] {
+    timespec t{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+  };
+  const double start = now();
+  body();
+  return now() - start;
 }
 
 inline double median(std::vector<double> values) {

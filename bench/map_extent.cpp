@@ -62,7 +62,7 @@ void extent() {
       const GridView view = view_from(camera, 1.0, 300 * std::sin(t), 300 * std::cos(t), 40.0 * t);
       const Time time(seconds(100) + Duration(33'000'000 * ++frame));
       const auto add = [&](IceMap& map, std::vector<double>& times) {
-        const double s = bench::seconds_of(
+        const double s = bench::cpu_seconds_of(
             [&] { (void)map.update(view, Evidence::of_levels(grey, table), time); });
         if (lap > 0) times.push_back(s);  // the first lap makes the blocks
       };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-/// One frame into the map, one thread, side by side in one run; medians, and their ratios.
+/// One frame into the map, one thread, side by side in one run; medians of processor time, and
+/// their ratios.
 ///
 /// ours: an 8-bit image and a threshold, into evidence, looks and times of the footprint's cells,
 ///   and where the pose leaves them (PositionUncertainty::add); the view worked out anew.
@@ -37,7 +38,7 @@ double stream_bytes_per_s() {
   std::vector<double> a(n, 1.0), b(n, 2.0), c(n, 3.0);
   double best = 0.0;
   for (int i = 0; i < 8; ++i) {
-    const double s = bench::seconds_of([&] {
+    const double s = bench::cpu_seconds_of([&] {
       for (std::size_t k = 0; k < n; ++k) a[k] = b[k] + 3.0 * c[k];
     });
     best = std::max(best, 3.0 * sizeof(double) * static_cast<double>(n) / s);
@@ -117,20 +118,20 @@ void run(const Case& c, double bytes_per_s) {
   const int rounds = c.width > 2000 ? 9 : 21;
   for (int i = 0; i < rounds; ++i) {
     cv::Mat segmented;
-    theirs.push_back(bench::seconds_of([&] {
+    theirs.push_back(bench::cpu_seconds_of([&] {
       segmented = grey > 127;
       (void)oracle.update_map(segmented, in_world);
     }));
-    opencv.push_back(bench::seconds_of([&] {
+    opencv.push_back(bench::cpu_seconds_of([&] {
       segmented = grey > 127;
       footprint.update(segmented);
     }));
-    opencv_sharp.push_back(bench::seconds_of([&] {
+    opencv_sharp.push_back(bench::cpu_seconds_of([&] {
       segmented = grey > 127;
       sharp.update(segmented);
     }));
     for (int k = 0; k < 9; ++k)
-      ours.push_back(bench::seconds_of([&] {
+      ours.push_back(bench::cpu_seconds_of([&] {
         const GridView view =
             make_grid_view(SeaView::make(camera, in_sea).value(), sea_from_grid).value();
         cells = *map.update(view, Evidence::of_levels(grey, table), Time(Duration(++frame)));
