@@ -126,14 +126,19 @@ bool all_blocks_are_in(const fs::path& file) {
   return true;
 }
 
-/// GDAL keeps blocks up to a part of the machine's memory, whatever else needs it; here each is
-/// used once.
-class SmallBlockCache {
+/// GDAL keeps blocks up to a part of the machine's memory, whatever else needs it. It goes over the
+/// raster line by line, so two rows of blocks must stay, or each block is made again and again.
+class BlockCache {
  public:
-  SmallBlockCache() { GDALSetCacheMax64(GIntBig{64} << 20); }
-  ~SmallBlockCache() { GDALSetCacheMax64(before_); }
-  SmallBlockCache(const SmallBlockCache&) = delete;
-  SmallBlockCache& operator=(const SmallBlockCache&) = delete;
+  explicit BlockCache(const StreamedRaster& raster) {
+    constexpr GIntBig kLeast = GIntBig{64} << 20;
+    const GIntBig row = GIntBig{kBlock} * (raster.columns + kBlock) *
+                        static_cast<GIntBig>(CV_ELEM_SIZE(raster.type));
+    GDALSetCacheMax64(kLeast + 2 * row);
+  }
+  ~BlockCache() { GDALSetCacheMax64(before_); }
+  BlockCache(const BlockCache&) = delete;
+  BlockCache& operator=(const BlockCache&) = delete;
 
  private:
   GIntBig before_ = GDALGetCacheMax64();
@@ -160,7 +165,7 @@ Status write_geotiff(const fs::path& path, const StreamedRaster& raster, const R
                                              ": a raster must have cells, of one 32 or 64 bit "
                                              "float, one 16 bit count or one 8 bit class"};
   GdalSession gdal;
-  const SmallBlockCache cache;
+  const BlockCache cache(raster);
   GDALDriver* driver = GetGDALDriverManager()->GetDriverByName("COG");
   if (!driver)
     return Error{ErrorCode::Unsupported,

@@ -19,7 +19,7 @@ struct StreamedRaster {
   std::function<Result<cv::Mat>(const cv::Rect& cells)> read;
 };
 
-/// Memory: some hundred blocks, whatever the raster's size (bench/map_large); beside the file a
+/// Memory: a few rows of blocks, whatever the raster's height (bench/map_large); beside the file a
 /// temporary one a third as large. Blocks without a known cell take no room. Io, or what `read`
 /// says; then nothing is left.
 Status write_geotiff(const std::filesystem::path& path, const StreamedRaster& raster,
