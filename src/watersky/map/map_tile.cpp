@@ -47,6 +47,15 @@ class Reader {
 }  // namespace
 
 void MapTile::Block::drop_unused_times() {
+  // In the middle of a footprint the last frame saw all cells.
+  unsigned other = 0;
+  for (std::size_t i = 0; i < seen.size(); ++i) other |= (looks[i] == 0) | (seen[i] ^ seen[0]);
+  if (other == 0) {
+    times.front() = times[seen[0]];
+    times.resize(1);
+    seen.fill(0);
+    return;
+  }
   std::array<bool, kMostTimes> used{};
   for (std::size_t i = 0; i < seen.size(); ++i)
     if (looks[i] != 0) used[seen[i]] = true;

@@ -212,10 +212,10 @@ void EvidenceLevels::shrunk_row(const Averaging& averaging, int width, int heigh
       const int n = whole - from;
       if (steps_) {
         fill_count_table(k);
-        counts_.assign(static_cast<std::size_t>(n) * static_cast<std::size_t>(k), 0);
-        for (int y = v * k; y < (v + 1) * k; ++y)
-          kernels_.count_above(image_.ptr<std::uint8_t>(y, from * k), n * k, threshold_,
-                               counts_.data());
+        counts_.resize(static_cast<std::size_t>(n) * static_cast<std::size_t>(k));
+        kernels_.count_above(image_.ptr<std::uint8_t>(v * k, from * k),
+                             static_cast<int>(image_.step[0]), k, n * k, threshold_,
+                             counts_.data());
         kernels_.sum_counts(counts_.data(), k, n, count_table_.data(), inside);
       } else {
         sums_.resize(static_cast<std::size_t>(n));
@@ -248,10 +248,22 @@ void EvidenceLevels::make_chunk(Level& level, int u0, int v0, int u1, int v1) {
     for (int v = v0; v < v1; ++v) shrunk_row(a, level.width, level.height, v, u0, count, out(v));
     return;
   }
-  if (steps_ && a.shrink == 1 && u0 >= 0 && v0 >= 0 && u1 < image_.cols && v1 < image_.rows) {
-    for (int v = v0; v < v1; ++v)
-      kernels_.threshold_2x2(image_.ptr<std::uint8_t>(v, u0), image_.ptr<std::uint8_t>(v + 1, u0),
-                             count, threshold_, below_, above_, out(v));
+  if (steps_ && a.shrink == 1) {
+    // Columns whose neighbours there are; left and right of them the edge is its own neighbour.
+    const int from = std::max(u0, 0), to = std::max(from, std::min(u1, image_.cols - 1));
+    for (int v = v0; v < v1; ++v) {
+      const auto* row = image_.ptr<std::uint8_t>(std::clamp(v, 0, image_.rows - 1));
+      const auto* next = image_.ptr<std::uint8_t>(std::clamp(v + 1, 0, image_.rows - 1));
+      kernels_.threshold_2x2(row + from, next + from, to - from, threshold_, below_, above_,
+                             out(v) + (from - u0));
+      const auto beside = [&](int u) {
+        const int edge = std::clamp(u, 0, image_.cols - 1);
+        const std::uint8_t upper[2] = {row[edge], row[edge]}, lower[2] = {next[edge], next[edge]};
+        kernels_.threshold_2x2(upper, lower, 1, threshold_, below_, above_, out(v) + (u - u0));
+      };
+      if (u0 < from) beside(u0);
+      for (int u = to; u < u1; ++u) beside(u);
+    }
     return;
   }
   const auto length = static_cast<std::size_t>(count + 1);

@@ -84,9 +84,9 @@ struct UpdateKernels {
   void (*threshold_2x2)(const std::uint8_t* levels, const std::uint8_t* next_row, int count,
                         std::uint8_t threshold, std::int16_t below, std::int16_t above,
                         std::int16_t* out);
-  /// counts += 1 where a level is above the threshold.
-  void (*count_above)(const std::uint8_t* levels, int count, std::uint8_t threshold,
-                      std::uint8_t* counts);
+  /// In how many of up to 255 rows, `stride` apart, the level is above the threshold.
+  void (*count_above)(const std::uint8_t* levels, int stride, int rows, int count,
+                      std::uint8_t threshold, std::uint8_t* counts);
   /// out[i] = table[sum of the k counts from k i on]; k at least 2.
   void (*sum_counts)(const std::uint8_t* counts, int k, int count, const std::int16_t* table,
                      std::int16_t* out);

@@ -256,13 +256,22 @@ void threshold_2x2(const std::uint8_t* levels, const std::uint8_t* next_row, int
   }
 }
 
-void count_above(const std::uint8_t* levels, int count, std::uint8_t threshold,
-                 std::uint8_t* counts) {
+void count_above(const std::uint8_t* levels, int stride, int rows, int count,
+                 std::uint8_t threshold, std::uint8_t* counts) {
   const Above is_above(threshold);
   int i = 0;
-  for (; i + 16 <= count; i += 16)
-    store8(counts + i, sub8(load8(counts + i), is_above(levels + i)));
-  for (; i < count; ++i) counts[i] = static_cast<std::uint8_t>(counts[i] + (levels[i] > threshold));
+  for (; i + 16 <= count; i += 16) {
+    const std::uint8_t* row = levels + i;
+    U8 n = set8(0);
+    for (int r = 0; r < rows; ++r, row += stride) n = sub8(n, is_above(row));
+    store8(counts + i, n);
+  }
+  for (; i < count; ++i) {
+    const std::uint8_t* row = levels + i;
+    int n = 0;
+    for (int r = 0; r < rows; ++r, row += stride) n += *row > threshold;
+    counts[i] = static_cast<std::uint8_t>(n);
+  }
 }
 
 template <int K>
