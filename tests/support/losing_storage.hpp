@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 /// A file system in memory that knows what a power cut may take: whatever was not synced, in whole,
-/// in part, or out of order. A disk can be full, and its sync can fail.
+/// sector by sector, or out of order. A disk can be full, and its sync can fail. What a process
+/// wrote and did not sync outlives the process (another opens the same storage), not the power.
 #include <algorithm>
 #include <atomic>
 #include <filesystem>
@@ -26,7 +27,8 @@ class LosingStorage final : public Storage {
   std::atomic<bool> syncs_fail = false;
 
   /// The disk as it may be found after a power cut now. Each write that was not synced is there,
-  /// missing, torn, or room filled with zeros, each by itself; so is each change of a name.
+  /// missing, torn, room filled with zeros, or there in some of its sectors, each by itself; each
+  /// change of a name is there or missing.
   [[nodiscard]] std::unique_ptr<LosingStorage> after_power_cut(std::mt19937& random) const {
     auto out = std::make_unique<LosingStorage>();
     const auto chance = [&](int of) { return std::uniform_int_distribution(0, of - 1)(random); };
@@ -39,13 +41,18 @@ class LosingStorage final : public Storage {
       copy = std::make_shared<Inode>();
       copy->durable = inode->durable;
       for (const Write& write : inode->pending) {
-        const int fate = mood == 0 ? 0 : mood == 1 ? 1 : chance(4);
+        const int fate = mood == 0 ? 0 : mood == 1 ? 1 : chance(5);
         if (fate == 1) continue;
+        if (!write.is_cut && fate == 4) {
+          write.apply_sectors(copy->durable, [&] { return chance(4) != 0; });
+          continue;
+        }
         Write kept = write;
         if (!write.is_cut && fate == 2)  // disks write whole sectors
           kept.bytes.resize(std::min<std::size_t>(
-              kept.bytes.size(), 512 * static_cast<std::size_t>(
-                                           chance(1 + static_cast<int>(kept.bytes.size() / 512)))));
+              kept.bytes.size(),
+              kSectorBytes * static_cast<std::size_t>(
+                                 chance(1 + static_cast<int>(kept.bytes.size() / kSectorBytes)))));
         if (!write.is_cut && fate == 3) std::fill(kept.bytes.begin(), kept.bytes.end(), 0);
         kept.apply(copy->durable);
       }
@@ -131,6 +138,8 @@ class LosingStorage final : public Storage {
   }
 
  private:
+  static constexpr std::size_t kSectorBytes = 512;
+
   struct Write {
     std::uint64_t offset = 0;
     Bytes bytes;
@@ -139,6 +148,20 @@ class LosingStorage final : public Storage {
       if (is_cut) return to.resize(offset);
       if (to.size() < offset + bytes.size()) to.resize(offset + bytes.size());
       std::copy(bytes.begin(), bytes.end(), to.begin() + static_cast<std::ptrdiff_t>(offset));
+    }
+    /// The file has grown by it, but a sector that `reached` says no to holds what it held before.
+    template <typename Reached>
+    void apply_sectors(Bytes& to, const Reached& reached) const {
+      const std::uint64_t end = offset + bytes.size();
+      if (to.size() < end) to.resize(end);
+      for (std::uint64_t at = offset; at < end;) {
+        const std::uint64_t next = std::min(end, (at / kSectorBytes + 1) * kSectorBytes);
+        if (reached())
+          std::copy(bytes.begin() + static_cast<std::ptrdiff_t>(at - offset),
+                    bytes.begin() + static_cast<std::ptrdiff_t>(next - offset),
+                    to.begin() + static_cast<std::ptrdiff_t>(at));
+        at = next;
+      }
     }
   };
   struct Inode {
@@ -188,7 +211,8 @@ class LosingStorage final : public Storage {
         inode_->pending.clear();
         return Error{ErrorCode::Io, path_.string() + ": cannot be brought to the disk: I/O error"};
       }
-      inode_->durable = inode_->live;
+      // Only what is still waiting: pages that an earlier sync gave up are not written again.
+      for (const Write& write : inode_->pending) write.apply(inode_->durable);
       inode_->pending.clear();
       return {};
     }

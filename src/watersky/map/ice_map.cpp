@@ -109,7 +109,11 @@ Result<IceMap> IceMap::make(const MapParameters& parameters) {
   if (parameters.prior > parameters.max_probability ||
       parameters.prior < 1 - parameters.max_probability)
     return Error{ErrorCode::Usage, "prior lies outside what max_probability allows"};
-  return IceMap(parameters);
+  IceMap map(parameters);
+  if (parameters.half_life_s > 0)
+    WATERSKY_CHECK(
+        map.forget(CellDynamics::with_half_life(parameters.half_life_s, parameters.prior), Time{}));
+  return map;
 }
 
 void IceMap::set_tile(const TileIndex& index, MapTile tile, std::uint64_t version) {

@@ -24,6 +24,7 @@ struct MapParameters {
   double cell_m = 0.5;
   double prior = 0.5;
   double max_probability = 0.999;
+  double half_life_s = 0.0;
   int supersampling = 0;
   template <class Self, class Visitor>
   static void describe(Self& self, Visitor&& visit) {
@@ -36,6 +37,11 @@ struct MapParameters {
             "max_probability", "1",
             "cells are kept within 1 minus this and this, so that a changed sea can change the map",
             0.6, 0.999999});
+    visit(self.half_life_s,
+          ParameterInfo{"half_life_s", "s",
+                        "cells forget: half of what is known of one is gone so long after its last "
+                        "look (2.21); 0: they keep what they saw",
+                        0, 1e9});
     visit(self.supersampling,
           ParameterInfo{"supersampling", "1",
                         "samples along a cell's edge, each bilinear; 0 averages the image over a "
@@ -94,7 +100,7 @@ class IceMap {
   /// time of an update, or of predict(). Nothing is touched for it: a cell is brought forward when
   /// it is next updated or read. A look that comes late, with a time before the cell's last one,
   /// is added as it is. InvalidInput when the dynamics' stationary probability is not the map's
-  /// prior. Off until asked for.
+  /// prior. Off until asked for, here or by MapParameters::half_life_s.
   Status forget(const CellDynamics& dynamics, Time from);
   /// Whether cells forget, how, and from when.
   [[nodiscard]] const std::optional<Decay>& decay() const { return decay_; }

@@ -27,6 +27,11 @@ class CellDynamics {
   [[nodiscard]] static Result<CellDynamics> make(double p_ice_given_ice, double p_ice_given_water,
                                                  double step_s, double prior);
 
+  /// Half of a probability's distance from the prior is gone after `half_life_s` (positive).
+  [[nodiscard]] static CellDynamics with_half_life(double half_life_s, double prior) {
+    return {prior, 0.5, half_life_s};
+  }
+
   /// p_k = π + λ^(elapsed/step) (p - π), λ = P(ice|ice) - P(ice|water).
   [[nodiscard]] double predict(double probability, double elapsed_s) const {
     return stationary_ + remaining(elapsed_s) * (probability - stationary_);

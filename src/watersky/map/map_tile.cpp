@@ -18,6 +18,8 @@ static_assert(kBlockCount == 64, "encode() tells which blocks there are in 64 bi
 
 /// Lists of times have room for this many before they are looked through, and grow by as many.
 constexpr std::size_t kFewTimes = 16;
+/// Then times nearer to each other than this become one.
+constexpr Duration kTimeGrain = std::chrono::milliseconds(100);
 
 template <class T>
 void put(std::vector<std::uint8_t>& out, const T* values, std::size_t count) {
@@ -72,6 +74,19 @@ void MapTile::Block::drop_unused_times() {
     seen[i] = looks[i] != 0 ? moved[seen[i]] : std::uint8_t{0};
 }
 
+void MapTile::Block::join_near_times() {
+  std::array<std::uint8_t, kMostTimes> moved{};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    if (count == 0 || times[i] - times[count - 1] >= kTimeGrain) times[count++] = times[i];
+    moved[i] = static_cast<std::uint8_t>(count - 1);
+  }
+  if (count == times.size()) return;
+  times.resize(count);
+  for (std::size_t i = 0; i < seen.size(); ++i)
+    if (looks[i] != 0) seen[i] = moved[seen[i]];
+}
+
 std::uint8_t MapTile::Block::place_of(Time time) {
   if (times.capacity() == 0) times.reserve(kFewTimes);
   if (!times.empty() && times.back() == time) return static_cast<std::uint8_t>(times.size() - 1);
@@ -83,6 +98,7 @@ std::uint8_t MapTile::Block::place_of(Time time) {
   if (times.size() == kMostTimes ||
       (times.size() >= kFewTimes && times.size() == times.capacity())) {
     drop_unused_times();
+    if (times.size() > kFewTimes / 2) join_near_times();
     if (times.size() + kFewTimes / 2 > times.capacity())
       times.reserve(std::min(kMostTimes, times.capacity() + kFewTimes));
     if (times.size() == kMostTimes) {

@@ -60,11 +60,14 @@ class MapTile {
     std::vector<Time> times;                                      ///< ascending, each once
 
     /// Where `time` stands in `times`, put there when it is not. Places of other times may change:
-    /// ask once a look, before writing `seen`. When 256 different times are alive, the two nearest
-    /// become the earlier: a cell is never said to be fresher than it is.
+    /// ask once a look, before writing `seen`. Where many times are alive, those within a tenth of
+    /// a second become the earliest of them, and of 256 the two nearest the earlier: a cell is
+    /// never said to be fresher than it is.
     [[nodiscard]] std::uint8_t place_of(Time time);
     /// Leaves out of `times` those that are no cell's last look.
     void drop_unused_times();
+    /// Makes times within a tenth of a second one, the earliest.
+    void join_near_times();
     bool operator==(const Block&) const = default;
   };
 

@@ -48,6 +48,20 @@ TEST(MapTile, MoreTimesThanABlockCanNameMakeCellsOlderNeverFresher) {
   EXPECT_EQ(block.times[block.seen[999]], at(999));
 }
 
+TEST(MapTile, LooksOfManyFramesASecondAreToldToATenthOfASecondAndTakeLittleMemory) {
+  MapTile tile;
+  MapTile::Block& block = tile.make_block(0);
+  // A footprint's edge goes over the block: each frame is the last to see a few cells.
+  for (std::size_t c = 0; c < 1000; ++c)
+    look(block, c, block.place_of(at(static_cast<double>(c) / 300)));
+  EXPECT_LE(block.times.capacity(), 48u);
+  for (std::size_t c = 0; c < 1000; ++c) {
+    const double age_s = to_seconds(at(static_cast<double>(c) / 300) - block.times[block.seen[c]]);
+    EXPECT_GE(age_s, 0) << c;
+    EXPECT_LT(age_s, 0.1) << c;
+  }
+}
+
 TEST(MapTile, TimesThatNoCellUsesMakeRoomWithoutLoss) {
   MapTile tile;
   MapTile::Block& block = tile.make_block(0);

@@ -472,6 +472,14 @@ Result<MapRun> FlightMapper::run() {
     run.notes.push_back("The shutter rolls (readout_s), but how the camera moved is not known of " +
                         std::to_string(still) + " frames: all their rows have one pose.");
   run.notes.insert(run.notes.end(), found.notes.begin(), found.notes.end());
+  if (const double half_life_s = options_.parameters.map.half_life_s; half_life_s > 0) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "Cells forget: half of what is known of one is gone %.4g s after its last look; "
+                  "the map is as known at the last frame.",
+                  half_life_s);
+    run.notes.emplace_back(text);
+  }
   const auto cut = std::count_if(run.used.begin(), run.used.end(),
                                  [](const UsedFrame& u) { return u.cut_by_grazing_limit; });
   if (cut > 0) {

@@ -123,6 +123,7 @@ StoredMap stored_map(const MapRun& run) {
                      .cell_m = parameters.cell_m,
                      .prior = parameters.prior,
                      .max_probability = parameters.max_probability,
+                     .half_life_s = parameters.half_life_s,
                      .sources = {source}},
           .tiles = tiles_of(run.map, source, version)};
 }

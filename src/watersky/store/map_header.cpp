@@ -140,17 +140,18 @@ std::string header_json(const MapHeader& header) {
                        {"first_ns", time_json(s.first)},
                        {"last_ns", time_json(s.last)},
                        {"times_are_utc", s.times_are_utc}});
-  const json object = {{"what", "log-odds of sea ice in cells, relative to the prior's"},
-                       {"projection", {{"name", header.projection}, {"wkt", header.wkt}}},
-                       {"anchor_easting_m", header.anchor_easting_m},
-                       {"anchor_northing_m", header.anchor_northing_m},
-                       {"cell_m", header.cell_m},
-                       {"tile_cells", kTileCells},
-                       {"block_cells", MapTile::kBlockCells},
-                       {"evidence_units", kEvidenceUnits},
-                       {"prior", header.prior},
-                       {"max_probability", header.max_probability},
-                       {"sources", sources}};
+  json object = {{"what", "log-odds of sea ice in cells, relative to the prior's"},
+                 {"projection", {{"name", header.projection}, {"wkt", header.wkt}}},
+                 {"anchor_easting_m", header.anchor_easting_m},
+                 {"anchor_northing_m", header.anchor_northing_m},
+                 {"cell_m", header.cell_m},
+                 {"tile_cells", kTileCells},
+                 {"block_cells", MapTile::kBlockCells},
+                 {"evidence_units", kEvidenceUnits},
+                 {"prior", header.prior},
+                 {"max_probability", header.max_probability},
+                 {"sources", sources}};
+  if (header.half_life_s > 0) object["half_life_s"] = header.half_life_s;
   return object.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
@@ -167,6 +168,8 @@ Result<MapHeader> parse_header(std::string_view text) {
   fields.number("cell_m", header.cell_m, 0.001, 1000.0);
   fields.number("prior", header.prior, 0.001, 0.999);
   fields.number("max_probability", header.max_probability, 0.5, 1.0);
+  // Not in the first maps, whose cells did not forget.
+  if (object.contains("half_life_s")) fields.number("half_life_s", header.half_life_s, 0.0, 1e9);
   WATERSKY_CHECK(fields.status());
   Fields projection(fields.field("projection"), "projection.");
   projection.text("name", header.projection);

@@ -39,6 +39,7 @@ struct MapHeader {
   double cell_m = 0.5;
   double prior = 0.5;              ///< P(ice) of a cell nobody has seen
   double max_probability = 0.999;  ///< evidence is kept within it
+  double half_life_s = 0.0;        ///< of what is known of a cell; 0: cells do not forget
   std::vector<MapSource> sources;
 
   /// Of a source; nullopt when it is not among them.

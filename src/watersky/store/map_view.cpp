@@ -55,6 +55,17 @@ CellBox seen_cells_box(const MapTile& tile) {
 
 }  // namespace
 
+MapViewParameters MapViewParameters::of(const MapHeader& header) {
+  MapViewParameters out{.prior = header.prior, .max_probability = header.max_probability};
+  for (const MapSource& source : header.sources)
+    out.common_time = std::max(out.common_time, source.last);
+  if (header.half_life_s > 0 && out.common_time)
+    out.dynamics = CellDynamics::with_half_life(header.half_life_s, header.prior);
+  else
+    out.common_time.reset();
+  return out;
+}
+
 MapTile sum_of(std::span<const MapTile> sources, const MapViewParameters& parameters) {
   const double prior_log_odds = log_odds(parameters.prior);
   const double most = log_odds(parameters.max_probability);

@@ -24,9 +24,8 @@ struct MapViewParameters {
   std::optional<CellDynamics> dynamics{};
   std::optional<Time> common_time{};
 
-  [[nodiscard]] static MapViewParameters of(const MapHeader& header) {
-    return {.prior = header.prior, .max_probability = header.max_probability};
-  }
+  /// Where cells forget, the common time is the last look of all sources.
+  [[nodiscard]] static MapViewParameters of(const MapHeader& header);
 };
 
 /// The sum of several sources' tiles of one place.

@@ -80,6 +80,8 @@ class Life {
       map_[index] = *MapTile::decode(bytes.data(), bytes.size());
   }
 
+  [[nodiscard]] std::size_t acknowledged() const { return acknowledged_; }
+
  private:
   std::mt19937 random_;
   std::map<TileIndex, MapTile> map_;
@@ -164,6 +166,41 @@ TEST(PowerCut, AfterPowerCutAfterPowerCutTheMapGoesOn) {
   }
 }
 
+/// Thrown at the moment at which a process is killed: what it wrote stays, synced or not.
+struct Killed {};
+
+TEST(PowerCut, AfterAKillWhatWasReadButNeverSyncedIsOnTheDiskBeforeMoreIsAdded) {
+  std::mt19937 random(6);
+  std::size_t unsynced_found = 0;
+  for (int moment_of_kill = 0; moment_of_kill < 16; ++moment_of_kill) {
+    LosingStorage storage;
+    Life life(17);
+    int moment = 0;
+    storage.before_each = [&] {
+      if (moment++ == moment_of_kill) throw Killed();
+    };
+    try {
+      auto journal = MapJournal::open(storage, kFolder, test::some_header());
+      ASSERT_TRUE(journal) << journal.error().message;
+      while (true) ASSERT_TRUE(life.step(*journal));
+    } catch (const Killed&) {
+      storage.before_each = nullptr;
+    }
+    auto journal = MapJournal::open(storage, kFolder, test::some_header());
+    ASSERT_TRUE(journal) << journal.error().message;
+    const std::size_t before = life.acknowledged();
+    life.forget_what_was_not_kept(content_of(journal->tiles()));
+    unsynced_found += life.acknowledged() > before;
+    for (int i = 0; i < 2; ++i) {
+      for (int way = 0; way < 20; ++way)
+        life.expect_nothing_lost(*storage.after_power_cut(random),
+                                 "killed at moment " + std::to_string(moment_of_kill));
+      ASSERT_TRUE(life.step(*journal));
+    }
+  }
+  EXPECT_GT(unsynced_found, 0u) << "no kill came between a write and its sync";
+}
+
 TEST(PowerCut, FullDiskKeepsTheChangesAndTheNextCommitBringsThemAll) {
   LosingStorage storage;
   std::mt19937 random(3);
@@ -216,9 +253,11 @@ TEST(PowerCut, AFailedSyncIsNotTrustedAndItsChangesAreWrittenAnew) {
   storage.syncs_fail = true;
   ASSERT_FALSE(life.step(*journal));
   storage.syncs_fail = false;
-  ASSERT_TRUE(life.step(*journal));
-  for (int way = 0; way < 20; ++way)
-    life.expect_nothing_lost(*storage.after_power_cut(random), "after a failed sync");
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(life.step(*journal));
+    for (int way = 0; way < 20; ++way)
+      life.expect_nothing_lost(*storage.after_power_cut(random), "after a failed sync");
+  }
 }
 
 }  // namespace

@@ -2,7 +2,6 @@
 #include "watersky/store/stored_map.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 #include "watersky/store/map_file.hpp"
 #include "watersky/store/map_store.hpp"
@@ -14,44 +13,6 @@ namespace fs = std::filesystem;
 namespace {
 
 StoredMap stored(const MapFile& file) { return {file.header(), file.tiles(), file.notes()}; }
-
-/// Through the map's rasters, which say all that a tile holds.
-MapTile tile_of(const IceMap& map, const TileIndex& index) {
-  const CellBox box = cells_of(index);
-  const cv::Mat log_odds = map.log_odds(box), looks = map.looks(box);
-  const cv::Mat last_seen_s = map.last_seen_s(box);
-  MapTile tile;
-  for (int b = 0; b < MapTile::kBlocks * MapTile::kBlocks; ++b) {
-    std::vector<Time> times;
-    const auto each = [&](const auto& body) {
-      for (int i = 0; i < MapTile::kCellsInBlock; ++i) {
-        const int c = b % MapTile::kBlocks * MapTile::kBlockCells + i % MapTile::kBlockCells;
-        const int r = b / MapTile::kBlocks * MapTile::kBlockCells + i / MapTile::kBlockCells;
-        const int seen = looks.at<std::uint16_t>(r, c);
-        if (seen == 0) continue;
-        body(static_cast<std::size_t>(i), r, c, seen,
-             time_from_seconds(last_seen_s.at<double>(r, c)).value_or(Time{}));
-      }
-    };
-    each([&](std::size_t, int, int, int, Time time) { times.push_back(time); });
-    if (times.empty()) continue;
-    std::sort(times.begin(), times.end());
-    times.erase(std::unique(times.begin(), times.end()), times.end());
-    MapTile::Block& block = tile.make_block(b);
-    for (const Time& time : times) {
-      const std::uint8_t place = block.place_of(time);
-      each([&](std::size_t cell, int r, int c, int seen, Time at) {
-        if (at != time) return;
-        const double evidence = log_odds.at<float>(r, c) - map.prior_log_odds();
-        block.evidence[cell] = static_cast<std::int16_t>(std::lround(
-            std::clamp(evidence * kEvidenceUnits, -1.0 * kMostEvidence, 1.0 * kMostEvidence)));
-        block.looks[cell] = static_cast<std::uint8_t>(std::min(seen, MapTile::kMostLooks));
-        block.seen[cell] = place;
-      });
-    }
-  }
-  return tile;
-}
 
 }  // namespace
 
@@ -93,6 +54,10 @@ Result<StoredMap> merge_maps(const std::vector<StoredMap>& maps,
     out.tiles = out.tiles.united(other->tiles);
     out.header.max_probability =
         std::max(out.header.max_probability, other->header.max_probability);
+    // The more forgetful of the two decides: it knows that its ice moves.
+    const double half_life_s = other->header.half_life_s;
+    if (half_life_s > 0 && (out.header.half_life_s == 0 || half_life_s < out.header.half_life_s))
+      out.header.half_life_s = half_life_s;
     out.notes.insert(out.notes.end(), other->notes.begin(), other->notes.end());
   }
   out.header.sources = out.tiles.sources();
@@ -101,10 +66,9 @@ Result<StoredMap> merge_maps(const std::vector<StoredMap>& maps,
 
 TileSet tiles_of(const IceMap& map, const MapSource& source, std::uint64_t version) {
   std::vector<TileItem> items;
-  for (const auto& [index, unused] : map.tiles()) {
-    const MapTile tile = tile_of(map, index);
-    if (tile.seen_cells() > 0) items.push_back(item_in_memory(index, 0, version, tile));
-  }
+  for (const auto& [index, of_map] : map.tiles())
+    if (of_map.tile.seen_cells() > 0)
+      items.push_back(item_in_memory(index, 0, version, of_map.tile));
   return {{source}, std::move(items)};
 }
 

@@ -46,6 +46,44 @@ TEST(StoredMap, MergingAMapWithWhatIsInItAlreadyChangesNothing) {
   EXPECT_TRUE(again->tiles == ab->tiles);
 }
 
+TEST(StoredMap, AMapThatForgetsIsShownAsAtItsLastLookAndSaysHowItForgets) {
+  MapTile tile;
+  test::look(tile, 3, 4, 2000, at_second(0));
+  test::look(tile, 5, 4, 2000, at_second(600));
+  StoredMap map = some_map("a", {item_in_memory({0, 0}, 0, 1, tile)});
+  map.header.half_life_s = 600;
+  map.header.sources[0].last = at_second(600);
+  const auto header = parse_header(header_json(map.header));
+  ASSERT_TRUE(header) << header.error().message;
+  EXPECT_EQ(*header, map.header);
+  const auto shown = view_tile(map.tiles, {0, 0}, map.view());
+  ASSERT_TRUE(shown);
+  const double prior = log_odds(map.header.prior);
+  const auto p_of = [&](int column) {
+    const auto* block = shown->block(0);
+    const auto cell = static_cast<std::size_t>(MapTile::cell_in_block(column, 4));
+    return probability(static_cast<double>(block->evidence[cell]) / kEvidenceUnits + prior);
+  };
+  const double fresh = probability(2000.0 / kEvidenceUnits + prior);
+  EXPECT_NEAR(p_of(5), fresh, 1e-3);
+  EXPECT_NEAR(p_of(3), map.header.prior + (fresh - map.header.prior) / 2, 1e-3);
+
+  StoredMap keeps = some_map("b", {});
+  EXPECT_EQ(merge_maps({keeps, map}, {"b", "a"})->header.half_life_s, 600);
+  keeps.header.half_life_s = 60;
+  EXPECT_EQ(merge_maps({map, keeps}, {"a", "b"})->header.half_life_s, 60);
+}
+
+TEST(StoredMap, TilesOfAMapInMemoryAreItsOwn) {
+  IceMap map = IceMap::make({.cell_m = 0.5}).value();
+  map.set_tile({2, -1}, test::some_tile(4), 7);
+  const MapSource source{.id = "a"};
+  const TileSet tiles = tiles_of(map, source, 9);
+  ASSERT_EQ(tiles.items().size(), 1u);
+  EXPECT_EQ(tiles.items()[0].version, 9u);
+  EXPECT_EQ(tiles.items()[0].load()->encode(), test::some_tile(4).encode());
+}
+
 TEST(StoredMap, MapsOfOtherGridsAreRefusedByName) {
   StoredMap a = some_map("a", {}), b = some_map("b", {});
   b.header.cell_m = 1.0;
