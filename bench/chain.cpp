@@ -8,8 +8,10 @@
 ///
 /// Figures: chain.{no_align,causal,align}.{fps, cpu_ms, peak_mb}: frames over the wall time of
 /// the program and processor time a frame (medians of three; the second does not mind what else
-/// the machine does), and the most memory it held; chain.{decode_ms, segment_ms}: of one
-/// frame, alone on one thread, by the default method (bench/map_update has the map's own update).
+/// the machine does), and the most memory it held; chain.two_threads.ratio: wall time without
+/// alignment on one thread over that on two, in turns (wanted: 1.7); chain.{decode_ms, segment_ms}:
+/// of one frame, alone on one thread, by the default method (bench/map_update has the map's own
+/// update).
 #include <spawn.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -131,6 +133,18 @@ Status run(double seconds_long, int threads, const std::vector<std::string>& opt
     bench::print_figure((name + ".cpu_ms").c_str(), bench::median(cpu_ms), "ms");
     bench::print_figure((name + ".peak_mb").c_str(), peak_mb, "MB");
   }
+  std::vector<double> one, two;
+  for (int i = 0; i < 3; ++i)
+    for (const auto& [count, times] : {std::pair{"1", &one}, std::pair{"2", &two}}) {
+      std::vector<std::string> arguments{"map",     flight,        "-o",         map,
+                                         "--quiet", "--overwrite", "--no-align", "--delay-s",
+                                         kDelay_s,  "--threads",   count};
+      arguments.insert(arguments.end(), options.begin(), options.end());
+      const Call made = call(program, arguments);
+      if (!made.ok) return Error{ErrorCode::InvalidInput, program.string() + " map failed"};
+      times->push_back(made.wall_s);
+    }
+  bench::print_figure("chain.two_threads.ratio", bench::median(one) / bench::median(two), "1");
   return {};
 }
 

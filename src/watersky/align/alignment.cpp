@@ -84,7 +84,7 @@ class Aligner {
   void solve(bool variances);
   void choose_navigation_sigma();
   void choose_correlation();
-  void choose(const std::vector<std::function<void()>>& ideas);
+  void choose(const std::vector<std::function<void()>>& ideas, double same);
   [[nodiscard]] bool run_away() const;
   void find_regular_clock();
   /// What an idea changes, to come back to when it was not the better one.
@@ -430,7 +430,7 @@ void Aligner::choose_navigation_sigma() {
         solve(false);
         find_regular_clock();
       });
-  choose(ideas);
+  choose(ideas, kSameNavigation);
 }
 
 /// Errors that wander within seconds, as an attitude filter's indoors, look like large slow ones,
@@ -444,25 +444,33 @@ void Aligner::choose_correlation() {
       adjustment_->priors.attitude_correlation_s = attitude;
       solve(true);
     });
-  choose(ideas);
+  choose(ideas, 0.0);
 }
 
-/// The idea with the most evidence; one whose errors of poses have run away only for want of
-/// another.
-void Aligner::choose(const std::vector<std::function<void()>>& ideas) {
+/// The last idea with as much evidence as any, to within `same` a tie; one whose errors of poses
+/// have run away only for want of another.
+void Aligner::choose(const std::vector<std::function<void()>>& ideas, double same) {
   const Snapshot start = snapshot();
-  std::pair<bool, double> best{false, -std::numeric_limits<double>::infinity()};
-  Snapshot best_found = start;
+  struct Outcome {
+    bool holds;
+    double evidence;
+    Snapshot found;
+  };
+  std::vector<Outcome> outcomes;
   for (const auto& idea : ideas) {
     restore(start);
     idea();
-    const std::pair<bool, double> now{!run_away(), adjustment_->log_evidence()};
-    if (now > best) {
-      best = now;
-      best_found = snapshot();
-    }
+    outcomes.push_back({!run_away(), adjustment_->log_evidence(), snapshot()});
   }
-  restore(best_found);
+  const auto best =
+      std::max_element(outcomes.begin(), outcomes.end(), [](const Outcome& a, const Outcome& b) {
+        return std::pair(a.holds, a.evidence) < std::pair(b.holds, b.evidence);
+      });
+  const double enough = best->evidence - same * static_cast<double>(adjustment_->tie_count());
+  const auto last = std::find_if(outcomes.rbegin(), outcomes.rend(), [&](const Outcome& o) {
+    return o.holds == best->holds && o.evidence >= enough;
+  });
+  restore(last->found);
 }
 
 bool Aligner::run_away() const {

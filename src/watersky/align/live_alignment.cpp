@@ -466,9 +466,10 @@ void LiveAligner::Impl::begin() {
     a.priors = priors;
     a.priors.knot *= scale;
     solve_window(true, false);
+    // Ideas are in order: see kSameNavigation.
     const double evidence = a.log_evidence();
-    if (evidence > best) {
-      best = evidence;
+    if (evidence >= best - kSameNavigation * static_cast<double>(a.tie_count())) {
+      best = std::max(best, evidence);
       best_state = a.state;
       best_priors = a.priors;
     }

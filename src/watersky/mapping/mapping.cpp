@@ -387,7 +387,12 @@ Status FlightMapper::integrate(const ReadyFrame& ready, MapRun& run, std::size_t
       run.notes.push_back(planned.frame->name +
                           " is in the map but not in the mosaic: " + s.error().message);
 
-  UsedFrame used{.file = planned.frame->name, .pose = planned.pose};
+  UsedFrame used{
+      .file = planned.frame->name,
+      .time = planned.pose.time,
+      .camera = planned.pose.camera,
+      .optical_axis = planned.pose.sea_from_camera.rotation() * Eigen::Vector3d::UnitZ()};
+  used.footprint_easting_northing_m.reserve(planned.grid.footprint.size());
   for (const Eigen::Vector2d& corner : planned.grid.footprint)
     used.footprint_easting_northing_m.push_back(
         run.reference.easting_northing_m(corner.x(), corner.y()));

@@ -84,10 +84,13 @@ struct MappingOptions {
   std::vector<GeoPolygon> excluded{};  ///< land, a ship: neither water nor ice
 };
 
-/// One frame that went into the map.
+/// One frame that went into the map. An hour has a hundred thousand of them: no more than is told
+/// of each.
 struct UsedFrame {
   std::string file;
-  CameraPose pose;
+  Time time;
+  Geodetic camera;
+  Eigen::Vector3d optical_axis = Eigen::Vector3d::UnitZ();      ///< Sea: north, east, down
   std::vector<Eigen::Vector2d> footprint_easting_northing_m{};  ///< closed, last point not repeated
   double gsd_m = 0.0;
   double height_above_sea_m = 0.0;

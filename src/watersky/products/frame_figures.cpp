@@ -8,16 +8,14 @@
 namespace watersky {
 
 Angle off_nadir(const UsedFrame& frame) {
-  const Vector<Sea> axis = frame.pose.sea_from_camera * Vector<Camera>{Eigen::Vector3d::UnitZ()};
-  return Angle::radians(std::acos(std::clamp(axis.v.z(), -1.0, 1.0)));
+  return Angle::radians(std::acos(std::clamp(frame.optical_axis.z(), -1.0, 1.0)));
 }
 
 std::vector<TrackPoint> aircraft_track(const Products& products) {
   std::vector<TrackPoint> track;
   for (const UsedFrame& frame : products.used) {
-    const auto place =
-        products.projection.forward(frame.pose.camera.latitude, frame.pose.camera.longitude);
-    if (place) track.push_back({to_seconds(frame.pose.time), *place});
+    const auto place = products.projection.forward(frame.camera.latitude, frame.camera.longitude);
+    if (place) track.push_back({to_seconds(frame.time), *place});
   }
   std::stable_sort(track.begin(), track.end(),
                    [](const TrackPoint& a, const TrackPoint& b) { return a.time_s < b.time_s; });
@@ -29,7 +27,7 @@ FrameFigures frame_figures(const Products& products) {
   FrameFigures f{kNone, kNone, kNone, kNone, kNone, kNone};
   std::vector<double> gsd_m;
   for (const UsedFrame& frame : products.used) {
-    const double time_s = to_seconds(frame.pose.time);
+    const double time_s = to_seconds(frame.time);
     // fmin and fmax take the other number when one is NaN.
     f.first_s = std::fmin(f.first_s, time_s);
     f.last_s = std::fmax(f.last_s, time_s);

@@ -109,8 +109,8 @@ StoredMap stored_map(const MapRun& run) {
                    .name = run.flight_name,
                    .times_are_utc = run.times_are_utc};
   for (const UsedFrame& frame : run.used) {
-    source.first = std::min(source.first.value_or(frame.pose.time), frame.pose.time);
-    source.last = std::max(source.last.value_or(frame.pose.time), frame.pose.time);
+    source.first = std::min(source.first.value_or(frame.time), frame.time);
+    source.last = std::max(source.last.value_or(frame.time), frame.time);
   }
   const auto made_at = std::chrono::system_clock::now().time_since_epoch();
   const auto version = static_cast<std::uint64_t>(

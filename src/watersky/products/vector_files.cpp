@@ -163,8 +163,8 @@ bool write_footprints(OGRLayer* target, const Products& products) {
     OGRFeatureUniquePtr f = layer.feature();
     if (!f) return false;
     f->SetField("file", utf8(frame.file).c_str());
-    set_time(*f, "captured", to_seconds(frame.pose.time), products.times_are_utc);
-    f->SetField("captured_s", to_seconds(frame.pose.time));
+    set_time(*f, "captured", to_seconds(frame.time), products.times_are_utc);
+    f->SetField("captured_s", to_seconds(frame.time));
     f->SetField("height_above_sea_m", frame.height_above_sea_m);
     f->SetField("gsd_m", frame.gsd_m);
     f->SetField("off_nadir_deg", off_nadir(frame).degrees());

@@ -125,6 +125,12 @@ void Adjustment::evaluate(int index, const AdjustmentState& s, bool derivatives,
   by_globals.block<3, 1>(0, Globals::kLatency) = -gimbal_rate.cross(arm);
 }
 
+std::size_t Adjustment::tie_count() const {
+  std::size_t count = 0;
+  for (const TieGroup& group : groups) count += group.ties.size();
+  return count;
+}
+
 double Adjustment::delay_of(int index) const {
   const auto i = static_cast<std::size_t>(index);
   return frames[i].base_s - time_s(index, state);

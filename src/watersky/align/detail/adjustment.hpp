@@ -172,6 +172,8 @@ class Adjustment {
   /// logarithm of the probability of all ties (Laplace's approximation), up to a constant of the
   /// ties alone.
   [[nodiscard]] double log_evidence() const;
+  /// Of all groups.
+  [[nodiscard]] std::size_t tie_count() const;
   /// Each frame by itself, all else as it stands: what happens between knots.
   void solve_frames();
   /// How far the globals move with the places that tell them, one sigma: a jackknife over sixths of
