@@ -18,6 +18,7 @@
 #include <sstream>
 
 #include "doctor.hpp"
+#include "watersky/map/ice_map.hpp"
 
 namespace watersky::cli {
 
@@ -91,7 +92,8 @@ Finding processor() {
   return f;
 }
 
-/// What loops compiled for several instruction sets choose here, and what OpenCV does.
+/// What segmentation's loops (vision/detail/dispatch.hpp), the map's kernels and OpenCV choose
+/// here.
 Finding instruction_sets() {
   std::string ours;
 #if defined(__x86_64__)
@@ -109,8 +111,13 @@ Finding instruction_sets() {
   ours = "the compiler's baseline";
 #endif
   const std::string opencv = cv::getCPUFeaturesLine();
-  Finding f{.name = "simd", .value = "Watersky takes " + ours + "; OpenCV: " + opencv};
-  f.details = {{"watersky", ours}, {"opencv", opencv}, {"opencv_version", cv::getVersionString()}};
+  const std::string map(update_instructions());
+  Finding f{.name = "simd",
+            .value = "segmentation " + ours + ", map " + map + "; OpenCV: " + opencv};
+  f.details = {{"segmentation", ours},
+               {"map", map},
+               {"opencv", opencv},
+               {"opencv_version", cv::getVersionString()}};
   return f;
 }
 

@@ -104,6 +104,8 @@ IceMap::IceMap(IceMap&&) noexcept = default;
 IceMap& IceMap::operator=(IceMap&&) noexcept = default;
 IceMap::~IceMap() = default;
 
+std::string_view update_instructions() { return detail::update_kernels().name; }
+
 Result<IceMap> IceMap::make(const MapParameters& parameters) {
   WATERSKY_CHECK(validate(parameters));
   if (parameters.prior > parameters.max_probability ||

@@ -5,6 +5,7 @@
 #include <memory>
 #include <opencv2/core/mat.hpp>
 #include <optional>
+#include <string_view>
 #include <unordered_map>
 
 #include "watersky/base/parameters.hpp"
@@ -49,6 +50,10 @@ struct MapParameters {
                         0, 16});
   }
 };
+
+/// The instructions that updates are computed with on this processor: "scalar", "SSE4.1", "AVX2" or
+/// "NEON". The result is the same in all.
+[[nodiscard]] std::string_view update_instructions();
 
 class IceMap {
  public:

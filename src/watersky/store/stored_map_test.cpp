@@ -77,7 +77,7 @@ TEST(StoredMap, AMapThatForgetsIsShownAsAtItsLastLookAndSaysHowItForgets) {
 TEST(StoredMap, TilesOfAMapInMemoryAreItsOwn) {
   IceMap map = IceMap::make({.cell_m = 0.5}).value();
   map.set_tile({2, -1}, test::some_tile(4), 7);
-  const MapSource source{.id = "a"};
+  const MapSource source = test::some_header("a").sources[0];
   const TileSet tiles = tiles_of(map, source, 9);
   ASSERT_EQ(tiles.items().size(), 1u);
   EXPECT_EQ(tiles.items()[0].version, 9u);
