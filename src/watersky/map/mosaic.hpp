@@ -28,6 +28,10 @@ class Mosaic {
     std::vector<float>
         distance2_m2;  ///< squared, from the point under the camera; infinity: not seen
   };
+  /// `image`: the frame's, shrunk by a whole factor.
+  template <int Channels>
+  void lay(const GridView& view, const cv::Mat& image, int shrink);
+
   std::map<TileIndex, Tile> tiles_;
 };
 
