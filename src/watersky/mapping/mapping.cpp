@@ -439,7 +439,9 @@ Result<MapRun> FlightMapper::run() {
   observe(located, run.reference);
   // Frames are decoded, looked at and turned to evidence side by side, as many as there are
   // threads; into the map they go one by one, in order of capture, whatever the threads.
-  const std::size_t window = static_cast<std::size_t>(std::max(1, options_.threads));
+  // One more than threads, so that none waits while this thread brings a frame into the map.
+  const std::size_t window =
+      options_.threads > 1 ? static_cast<std::size_t>(options_.threads) + 1 : 1;
   std::deque<std::future<Result<ReadyFrame>>> ahead;
   std::size_t next = 0, untold = 0;
   for (std::size_t i = 0; i < located.size(); ++i) {
