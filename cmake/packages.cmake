@@ -22,6 +22,7 @@ pkg_check_modules(libzstd REQUIRED IMPORTED_TARGET libzstd)
 pkg_check_modules(libxxhash REQUIRED IMPORTED_TARGET libxxhash)
 pkg_check_modules(liblz4 REQUIRED IMPORTED_TARGET liblz4)
 find_package(EXPAT REQUIRED)
+find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto)
 find_package(CLI11 2 REQUIRED)
 find_package(Ceres 2.1 REQUIRED)
 
