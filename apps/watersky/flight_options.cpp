@@ -29,7 +29,7 @@ void add_flight_options(CLI::App& verb, FlightOptions& o) {
       "ROLL,PITCH,YAW of the camera on the aircraft [deg]: pitch -90 looks straight "
       "down, image top forward; where a gimbal's attitude is recorded, of the camera on "
       "the gimbal");
-  verb.add_option("--log", o.log, "autopilot log with the poses (.tlog)");
+  verb.add_option("--log", o.log, "autopilot log with the poses (.tlog, .bin, .lsf, .lsf.gz)");
   verb.add_option("--sea-level", o.sea_level,
                   "height of the sea [m] above a reference: takeoff:M, geoid:M or ellipsoid:M "
                   "(takeoff:-40 is 40 m below take-off)");

@@ -48,7 +48,8 @@ void add_inspect(CLI::App& app) {
                });
   verb.add_option(
           "FILE", *path,
-          "a flight folder, a folder of photographs, a photograph, a .tlog or a map (.wsmap)")
+          "a flight folder, a folder of photographs, a photograph, an autopilot log (.tlog, "
+          ".bin, .lsf, .lsf.gz) or a map (.wsmap)")
       ->required();
 }
 

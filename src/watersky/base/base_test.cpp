@@ -41,6 +41,15 @@ TEST(Time, Iso8601HasMillisecondsAndZ) {
   EXPECT_EQ(to_iso8601(*time_from_seconds(-0.5)), "1969-12-31T23:59:59.500Z");
 }
 
+TEST(Time, OfGpsIsAheadByTheLeapSecondsOfItsDay) {
+  EXPECT_EQ(to_iso8601(utc_from_gps(0, 0)), "1980-01-06T00:00:00.000Z");
+  // The roll-over of April 2019, and the leap second at the end of 2016 from both sides.
+  EXPECT_EQ(to_iso8601(utc_from_gps(2048, 18'000)), "2019-04-07T00:00:00.000Z");
+  EXPECT_EQ(to_iso8601(utc_from_gps(1930, 16'000)), "2016-12-31T23:59:59.000Z");
+  EXPECT_EQ(to_iso8601(utc_from_gps(1930, 18'000)), "2017-01-01T00:00:00.000Z");
+  EXPECT_EQ(to_iso8601(utc_from_gps(1742, 518'416'000)), "2013-06-01T00:00:00.000Z");
+}
+
 TEST(Angle, PiRadiansExactly180Degrees) {
   EXPECT_EQ(Angle::degrees(180).radians(), std::numbers::pi);
   EXPECT_NEAR((350_deg).wrapped().degrees(), -10.0, 1e-12);

@@ -7,12 +7,15 @@
 
 #include "watersky/geo/rotation.hpp"
 #include "watersky/geodesy/projection.hpp"
+#include "watersky/io/detail/log_samples.hpp"
 #include "watersky/wire/tlog.hpp"
 
 namespace watersky {
 
 namespace {
 
+using detail::median;
+using detail::sort_by_time;
 using mavlink::Message;
 
 enum Id : std::uint32_t {
@@ -49,12 +52,7 @@ class BootClock {
   }
 
   void fit() {
-    // Crystals are within 100 ppm; a shorter log cannot tell drift from jitter.
-    constexpr double kMinSpan_s = 120.0, kMaxDrift = 200e-6;
-    for (Boot& boot : boots_) {
-      std::sort(boot.points.begin(), boot.points.end());
-      boot.line = fit_lower_line(boot.points, kMinSpan_s, kMaxDrift);
-    }
+    for (Boot& boot : boots_) boot.line = detail::fit_clock(boot.points);
   }
 
   [[nodiscard]] Time utc(const BootTime& t) const {
@@ -96,6 +94,7 @@ struct Source {
   BootClock clock;
   std::vector<std::pair<BootTime, Eigen::Quaterniond>> eulers, quaternions;
   std::vector<std::pair<BootTime, PositionSample>> positions;
+  std::vector<double> home_heights_m;  ///< one a position
   std::vector<RawGimbal> gimbal_device, mount_orientation;
   std::vector<RawFeedback> feedback;
   std::vector<std::pair<BootTime, RangeSample>> ranges;
@@ -186,8 +185,8 @@ void take(Source& source, const Message& m, Time stamp) {
                                     PositionSample{{},
                                                    Angle::degrees(static_cast<double>(lat) * 1e-7),
                                                    Angle::degrees(static_cast<double>(lon) * 1e-7),
-                                                   m.number("alt") * 1e-3,
-                                                   m.number("relative_alt") * 1e-3});
+                                                   m.number("alt") * 1e-3});
+      source.home_heights_m.push_back((m.number("alt") - m.number("relative_alt")) * 1e-3);
       break;
     }
     case kGimbalDeviceAttitudeStatus: take_gimbal_device(source, time, m); break;
@@ -195,21 +194,6 @@ void take(Source& source, const Message& m, Time stamp) {
     case kMountOrientation: take_mount_orientation(source, time, m); break;
     default: break;
   }
-}
-
-template <class Sample>
-void sort_by_time(std::vector<Sample>& samples) {
-  std::stable_sort(samples.begin(), samples.end(),
-                   [](const Sample& a, const Sample& b) { return a.time < b.time; });
-  samples.erase(std::unique(samples.begin(), samples.end(),
-                            [](const Sample& a, const Sample& b) { return a.time == b.time; }),
-                samples.end());
-}
-
-double median(std::vector<double> x) {
-  const auto middle = x.begin() + static_cast<std::ptrdiff_t>(x.size() / 2);
-  std::nth_element(x.begin(), middle, x.end());
-  return *middle;
 }
 
 /// time_usec is UTC when the autopilot made the record on command, the low 32 bits of boot time
@@ -315,13 +299,11 @@ Result<AutopilotLog> parse_tlog(std::span<const std::uint8_t> bytes, const std::
                                    ? vehicle->quaternions
                                    : vehicle->eulers)
     log.attitudes.push_back({clock.utc(time), q});
-  std::vector<double> home;
   for (auto& [time, sample] : vehicle->positions) {
     sample.time = clock.utc(time);
     log.positions.push_back(sample);
-    home.push_back(sample.height_geoid_m - sample.height_above_home_m);
   }
-  log.home_height_geoid_m = median(home);
+  log.home_height_geoid_m = median(vehicle->home_heights_m);
   sort_by_time(log.attitudes);
   sort_by_time(log.positions);
 

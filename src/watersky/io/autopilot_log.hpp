@@ -23,10 +23,9 @@ struct PositionSample {
   Time time;
   Angle latitude, longitude;
   double height_geoid_m = 0.0;  ///< above EGM96
-  double height_above_home_m = 0.0;
 };
 
-/// CAMERA_FEEDBACK, once an image.
+/// That the camera took an image: CAMERA_FEEDBACK in a .tlog, CAM in a .bin.
 struct CameraFeedback {
   Time time;
   int image_index = 0;
@@ -34,14 +33,16 @@ struct CameraFeedback {
 
 /// Times are UTC by the clock that stamped the log.
 struct AutopilotLog {
-  int system = 0;
-  int component = 0;
+  int system = 0;                         ///< MAVLink's, or IMC's address
+  int component = 0;                      ///< MAVLink's
   std::vector<AttitudeSample> attitudes;  ///< by strictly rising time
   std::vector<PositionSample> positions;  ///< likewise
   std::vector<StampedRotation> gimbal;    ///< north, east, down from gimbal; likewise
   std::vector<CameraFeedback> feedback;   ///< in the log's order
-  std::vector<RangeSample> ranges;        ///< by strictly rising time
-  double home_height_geoid_m = 0.0;
+  std::string feedback_name = "CAMERA_FEEDBACK messages";  ///< what the log calls them
+  std::vector<RangeSample> ranges;                         ///< by strictly rising time
+  /// Of the place of take-off; nullopt where the log does not tell.
+  std::optional<double> home_height_geoid_m;
   std::vector<std::string> notes;
 };
 

@@ -9,13 +9,14 @@
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/camera_table.hpp"
 #include "watersky/io/csv.hpp"
+#include "watersky/io/detail/inspect_logs.hpp"
+#include "watersky/io/detail/logged.hpp"
 #include "watersky/io/exif.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/read_flight.hpp"
 #include "watersky/io/video.hpp"
 #include "watersky/store/map_file.hpp"
-#include "watersky/wire/tlog.hpp"
 
 namespace watersky {
 
@@ -23,66 +24,12 @@ namespace fs = std::filesystem;
 
 namespace {
 
+using detail::add_place;
+using detail::add_rate;
+using detail::add_time;
+
 std::string size_text(int width_px, int height_px) {
   return std::to_string(width_px) + "x" + std::to_string(height_px);
-}
-
-void add_place(Inspection& out, double latitude_deg, double longitude_deg) {
-  if (!out.extent) out.extent.emplace();
-  out.extent->add(latitude_deg, longitude_deg);
-}
-
-void add_time(Inspection& out, Time t) {
-  out.first = out.first ? std::min(*out.first, t) : t;
-  out.last = out.last ? std::max(*out.last, t) : t;
-}
-
-/// Of n samples over a span: n - 1 intervals.
-void add_rate(Inspection& out, const std::string& what, std::size_t n, Time first, Time last) {
-  if (n > 1 && last > first)
-    out.rates_hz[what] = static_cast<double>(n - 1) / to_seconds(last - first);
-}
-
-Result<Inspection> inspect_tlog(const fs::path& file) {
-  WATERSKY_TRY(const auto bytes, read_bytes(file));
-  Inspection out;
-  out.kind = "tlog";
-  struct Seen {
-    std::size_t n = 0;
-    Time first, last;
-  };
-  std::map<std::string, Seen> seen;
-  std::map<std::string, std::size_t> systems;
-  mavlink::TlogReader reader(bytes);
-  while (const auto record = reader.next()) {
-    const mavlink::Frame& f = record->frame;
-    Seen& s = seen[f.info ? std::string(f.info->name) : "message_" + std::to_string(f.message_id)];
-    if (s.n++ == 0) s.first = record->received_at;
-    s.last = record->received_at;
-    ++systems[std::to_string(f.system) + "/" + std::to_string(f.component)];
-    add_time(out, record->received_at);
-    constexpr std::uint32_t kGlobalPositionInt = 33;
-    if (f.info && f.message_id == kGlobalPositionInt) {
-      const mavlink::Message m(f);
-      const double lat = m.number("lat") * 1e-7, lon = m.number("lon") * 1e-7;
-      if (lat != 0 || lon != 0) add_place(out, lat, lon);
-    }
-  }
-  if (seen.empty())
-    return Error{ErrorCode::InvalidInput,
-                 file.string() + ": holds no MAVLink message; is it a .tlog?"};
-  for (const auto& [name, s] : seen) {
-    out.counts[name] = s.n;
-    add_rate(out, name, s.n, s.first, s.last);
-  }
-  for (const auto& [id, n] : systems)
-    out.facts["system/component " + id] = std::to_string(n) + " messages";
-  if (reader.skipped_bytes() > 0)
-    out.notes.push_back(std::to_string(reader.skipped_bytes()) + " bytes in " +
-                        std::to_string(reader.gaps()) + " places are no MAVLink");
-  if (reader.truncated_bytes() > 0)
-    out.notes.emplace_back("the log ends in the middle of a message");
-  return out;
 }
 
 Result<Inspection> inspect_image(const fs::path& file) {
@@ -285,20 +232,22 @@ Result<Inspection> inspect(const fs::path& path) {
   if (!fs::exists(path, ec))
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   const std::string extension = lower_extension(path);
-  auto out =
-      fs::is_directory(path, ec) ? inspect_recording(path)
-      : extension == ".tlog"     ? inspect_tlog(path)
-      : is_image_file(path)      ? inspect_image(path)
-      : is_video_file(path)      ? inspect_video(path)
-      : extension == ".csv"      ? inspect_csv(path)
-      : extension == ".wsmap"    ? inspect_map(path)
-      : extension == ".yaml" || extension == ".yml" || extension == ".xml"
-          ? inspect_calibration(path)
-          : Result<Inspection>(Error{
-                ErrorCode::Unsupported,
-                path.string() + ": is nothing that we can read; give a flight folder, a folder of "
-                                "photographs, an image, a video, a .tlog, a map (.wsmap), a "
-                                "calibration or a .csv"});
+  auto out = fs::is_directory(path, ec)  ? inspect_recording(path)
+             : extension == ".tlog"      ? detail::inspect_tlog(path)
+             : extension == ".bin"       ? detail::inspect_dataflash(path)
+             : detail::is_log_file(path) ? detail::inspect_lsf(path)
+             : is_image_file(path)       ? inspect_image(path)
+             : is_video_file(path)       ? inspect_video(path)
+             : extension == ".csv"       ? inspect_csv(path)
+             : extension == ".wsmap"     ? inspect_map(path)
+             : extension == ".yaml" || extension == ".yml" || extension == ".xml"
+                 ? inspect_calibration(path)
+                 : Result<Inspection>(
+                       Error{ErrorCode::Unsupported,
+                             path.string() +
+                                 ": is nothing that we can read; give a flight folder, a folder of "
+                                 "photographs, an image, a video, an autopilot log (" +
+                                 detail::kLogKinds + "), a map (.wsmap), a calibration or a .csv"});
   if (out) out->name = fs::absolute(path).lexically_normal().filename().string();
   return out;
 }

@@ -30,8 +30,8 @@ Result<Times> times_from_names(const std::vector<PhotoFile>& photos, const std::
   return times;
 }
 
-/// The photographs' times by CAMERA_FEEDBACK, when their count or the index range says that they
-/// belong together.
+/// The photographs' times by the log's camera feedback, when their count or the index range says
+/// that they belong together.
 std::optional<Times> times_from_feedback(const std::vector<CameraFeedback>& feedback,
                                          std::size_t photos) {
   if (feedback.empty()) return std::nullopt;
@@ -67,12 +67,12 @@ Result<ImageTimes> image_times(const std::vector<PhotoFile>& photos, const Autop
                       "its name does not fit the name pattern"};
   }
   if (auto times = times_from_feedback(log.feedback, photos.size()))
-    return ImageTimes{std::move(*times), "the log's CAMERA_FEEDBACK messages",
-                      "its CAMERA_FEEDBACK message is not in the log"};
+    return ImageTimes{std::move(*times), "the log's " + log.feedback_name,
+                      "it is none of those that the log's " + log.feedback_name + " tell of"};
   if (!log.feedback.empty())
-    notes.push_back("the log's " + std::to_string(log.feedback.size()) +
-                    " CAMERA_FEEDBACK messages do not match the " +
-                    detail::counted(photos.size(), "photograph") + " and were not used");
+    notes.push_back("the log's " + std::to_string(log.feedback.size()) + " " + log.feedback_name +
+                    " do not match the " + detail::counted(photos.size(), "photograph") +
+                    " and were not used");
 
   Times times;
   for (const PhotoFile& photo : photos) times.push_back(utc_from_name(photo.path.stem().string()));

@@ -129,7 +129,7 @@ TEST(AutopilotLog, GoesByWhenThingsWereMeasuredAndNotByWhenTheyArrived) {
           worst, std::abs(to_seconds(log.attitudes[i].time - kBoot) - (t * (1 + drift) + 0.020)));
     }
     EXPECT_LT(worst, 0.002);
-    EXPECT_NEAR(log.home_height_geoid_m, 15.0, 1e-9);
+    EXPECT_NEAR(log.home_height_geoid_m.value(), 15.0, 1e-9);
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/io/read_flight.hpp"
 
-#include "watersky/io/files.hpp"
+#include "watersky/io/detail/logged.hpp"
 #include "watersky/io/flight_folder.hpp"
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/known_points_file.hpp"
@@ -16,10 +16,10 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// --log, or the only .tlog in the folder.
+/// --log, or the only log in the folder.
 Result<std::optional<fs::path>> log_of(const fs::path& folder, const ReadOptions& options) {
   if (options.log) return options.log;
-  WATERSKY_TRY(const auto logs, files_with_extension(folder, {".tlog"}));
+  WATERSKY_TRY(const auto logs, detail::list_logs(folder));
   if (logs.size() > 1)
     return Error{ErrorCode::InvalidInput, folder.string() + ": holds " +
                                               std::to_string(logs.size()) +
@@ -59,7 +59,7 @@ Result<RecordingKind> recording_kind(const fs::path& path, const ReadOptions& op
     return RecordingKind::VideoWithLog;
   }
   if (!is_folder) {
-    if (lower_extension(path) == ".tlog")
+    if (detail::is_log_file(path))
       return Error{ErrorCode::Unsupported, path.string() +
                                                ": is a log without images; give the photographs' "
                                                "folder or the video, and the log with --log"};

@@ -11,9 +11,9 @@ namespace watersky {
 
 enum class RecordingKind {
   FlightFolder,        ///< holds flight.yaml
-  PhotographsWithLog,  ///< photographs, and one .tlog beside them or given
+  PhotographsWithLog,  ///< photographs, and one autopilot log beside them or given
   Photographs,
-  VideoWithLog,  ///< a video, or the one in a folder without photographs, and its .tlog
+  VideoWithLog,  ///< a video, or the one in a folder without photographs, and its log
 };
 
 /// What a path holds; NotFound or Unsupported, saying what can be read, when it is none of these.

@@ -6,7 +6,6 @@
 #include "watersky/io/csv.hpp"
 #include "watersky/io/detail/logged.hpp"
 #include "watersky/io/detail/photos.hpp"
-#include "watersky/io/files.hpp"
 #include "watersky/io/name_time.hpp"
 #include "watersky/io/video.hpp"
 
@@ -54,14 +53,14 @@ Result<Time> start_of(const VideoInfo& info, const ReadOptions& options,
 Result<fs::path> log_of_video(const fs::path& video, const ReadOptions& options) {
   if (options.log) return *options.log;
   const fs::path folder = video.has_parent_path() ? video.parent_path() : fs::path(".");
-  WATERSKY_TRY(const auto logs, files_with_extension(folder, {".tlog"}));
+  WATERSKY_TRY(const auto logs, detail::list_logs(folder));
   for (const fs::path& log : logs)
     if (log.stem() == video.stem()) return log;
   if (logs.empty())
     return Error{ErrorCode::NotFound,
                  video.string() +
-                     ": a video does not say where it was filmed, and there is no .tlog beside "
-                     "it; give the autopilot's log with --log FILE"};
+                     ": a video does not say where it was filmed, and there is no log (" +
+                     detail::kLogKinds + ") beside it; give the autopilot's log with --log FILE"};
   if (logs.size() > 1)
     return Error{ErrorCode::InvalidInput, video.string() + ": beside it are " +
                                               std::to_string(logs.size()) +

@@ -5,7 +5,7 @@
 
 namespace watersky {
 
-/// The log that belongs to a video: --log, the .tlog of the same stem beside it, or the only one
+/// The log that belongs to a video: --log, the one of the same stem beside it, or the only one
 /// there. NotFound, or InvalidInput when there are several.
 [[nodiscard]] Result<std::filesystem::path> log_of_video(const std::filesystem::path& video,
                                                          const ReadOptions& options);

@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
-#include <cmath>
 #include <cstring>
-#include <limits>
 #include <type_traits>
 
+#include "watersky/wire/detail/crc16.hpp"
+#include "watersky/wire/detail/mavlink_frame.hpp"
 #include "watersky/wire/detail/mavlink_table.hpp"
+#include "watersky/wire/detail/nearest.hpp"
 
 namespace watersky::mavlink {
 
@@ -18,12 +19,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "payloads are copied as they are: MAVLink is little-endian");
 
-constexpr std::uint8_t kMagic1 = 0xFE;
-constexpr std::uint8_t kMagic2 = 0xFD;
-constexpr std::size_t kHeader1 = 6;
-constexpr std::size_t kHeader2 = 10;
-constexpr std::size_t kSignature = 13;
-constexpr std::uint8_t kIncompatSigned = 0x01;
+using namespace detail;
 
 struct TypeName {
   std::string_view ours;
@@ -90,12 +86,20 @@ MessageInfo parse_row(const detail::TableRow& row) {
   return info;
 }
 
-const std::vector<MessageInfo>& table() {
-  static const std::vector<MessageInfo> parsed = [] {
-    std::vector<MessageInfo> all;
-    for (const detail::TableRow& row : detail::table_rows()) all.push_back(parse_row(row));
-    return all;
-  }();
+struct Table {
+  std::vector<MessageInfo> all;
+  /// 1 + place in `all` of the ids that nearly all frames have; 0: not known.
+  std::array<std::uint16_t, 512> low{};
+
+  Table() {
+    for (const TableRow& row : table_rows()) all.push_back(parse_row(row));
+    for (std::size_t i = 0; i < all.size(); ++i)
+      if (all[i].id < low.size()) low[all[i].id] = static_cast<std::uint16_t>(i + 1);
+  }
+};
+
+const Table& table() {
+  static const Table parsed;
   return parsed;
 }
 
@@ -128,29 +132,25 @@ const FieldInfo* MessageInfo::field(std::string_view field_name) const {
   return it == fields.end() ? nullptr : &*it;
 }
 
-std::span<const MessageInfo> messages() { return table(); }
+std::span<const MessageInfo> messages() { return table().all; }
 
 const MessageInfo* find_message(std::uint32_t id) {
-  const auto& all = table();
+  const auto& [all, low] = table();
+  if (id < low.size()) return low[id] == 0 ? nullptr : &all[low[id] - 1];
   const auto it = std::lower_bound(all.begin(), all.end(), id,
                                    [](const MessageInfo& m, std::uint32_t x) { return m.id < x; });
   return it != all.end() && it->id == id ? &*it : nullptr;
 }
 
 const MessageInfo* find_message(std::string_view name) {
-  const auto& all = table();
+  const auto& all = table().all;
   const auto it =
       std::find_if(all.begin(), all.end(), [&](const MessageInfo& m) { return m.name == name; });
   return it == all.end() ? nullptr : &*it;
 }
 
 std::uint16_t crc(std::span<const std::uint8_t> bytes, std::uint16_t crc) {
-  for (const std::uint8_t byte : bytes) {
-    auto t = static_cast<std::uint8_t>(byte ^ (crc & 0xFF));
-    t = static_cast<std::uint8_t>(t ^ (t << 4));
-    crc = static_cast<std::uint16_t>((crc >> 8) ^ (t << 8) ^ (t << 3) ^ (t >> 4));
-  }
-  return crc;
+  return watersky::detail::crc16<0x8408>(bytes, crc);
 }
 
 std::uint8_t compute_crc_extra(const MessageInfo& info) {
@@ -229,8 +229,7 @@ const FieldInfo& Message::checked(std::string_view field, std::size_t index) con
   return *found;
 }
 
-double Message::number(std::string_view field, std::size_t index) const {
-  const FieldInfo& f = checked(field, index);
+double Message::number(const FieldInfo& f, std::size_t index) const {
   return with_type(f.type, [&](auto value) {
     std::memcpy(&value, payload_.data() + f.offset + index * sizeof value, sizeof value);
     return static_cast<double>(value);
@@ -258,21 +257,7 @@ std::string Message::text(std::string_view field) const {
 Message& Message::set(std::string_view field, double value, std::size_t index) {
   const FieldInfo& f = checked(field, index);
   with_type(f.type, [&](auto stored) {
-    using T = decltype(stored);
-    if constexpr (std::is_floating_point_v<T>) {
-      stored = static_cast<T>(value);
-    } else if (std::isnan(value)) {
-      stored = 0;
-    } else {
-      // The largest 64 bit values are no doubles: comparing with their rounded-up double keeps
-      // the cast below in range.
-      constexpr auto kLow = std::numeric_limits<T>::min();
-      constexpr auto kHigh = std::numeric_limits<T>::max();
-      const double whole = std::nearbyint(value);
-      stored = whole <= static_cast<double>(kLow)    ? kLow
-               : whole >= static_cast<double>(kHigh) ? kHigh
-                                                     : static_cast<T>(whole);
-    }
+    stored = watersky::detail::nearest<decltype(stored)>(value);
     std::memcpy(payload_.data() + f.offset + index * sizeof stored, &stored, sizeof stored);
   });
   return *this;

@@ -101,7 +101,11 @@ class Message {
   }
 
   /// A field as a number, in the unit of the table. A 64 bit value beyond 2^53 is rounded.
-  [[nodiscard]] double number(std::string_view field, std::size_t index = 0) const;
+  [[nodiscard]] double number(std::string_view field, std::size_t index = 0) const {
+    return number(checked(field, index), index);
+  }
+  /// The same of a field of info() that was looked up before.
+  [[nodiscard]] double number(const FieldInfo& field, std::size_t index = 0) const;
   /// A whole-number field exactly; a u64 beyond 2^63 wraps.
   [[nodiscard]] std::int64_t integer(std::string_view field, std::size_t index = 0) const;
   /// A char array up to its first zero.

@@ -7,17 +7,13 @@
 #include <cmath>
 #include <random>
 
+#include "support/hex.hpp"
+
 namespace watersky::mavlink {
 namespace {
 
 using Bytes = std::vector<std::uint8_t>;
-
-Bytes from_hex(std::string_view hex) {
-  Bytes out;
-  for (std::size_t i = 0; i + 1 < hex.size(); i += 2)
-    out.push_back(static_cast<std::uint8_t>(std::stoi(std::string(hex.substr(i, 2)), nullptr, 16)));
-  return out;
-}
+using test::from_hex;
 
 Message message(std::string_view name) {
   const MessageInfo* info = find_message(name);
