@@ -41,6 +41,16 @@ TEST(Time, Iso8601HasMillisecondsAndZ) {
   EXPECT_EQ(to_iso8601(*time_from_seconds(-0.5)), "1969-12-31T23:59:59.500Z");
 }
 
+TEST(Time, GoesToGpsAndBack) {
+  for (double t_s = 400e6; t_s < 2.0e9; t_s += 12'345'678.9) {
+    const Time t = std::chrono::round<std::chrono::milliseconds>(time_from_seconds(t_s).value());
+    const GpsTime gps = gps_from_utc(t);
+    EXPECT_GE(gps.week_ms, 0);
+    EXPECT_LT(gps.week_ms, 604'800'000);
+    EXPECT_EQ(utc_from_gps(gps.week, gps.week_ms), t) << to_iso8601(t);
+  }
+}
+
 TEST(Time, OfGpsIsAheadByTheLeapSecondsOfItsDay) {
   EXPECT_EQ(to_iso8601(utc_from_gps(0, 0)), "1980-01-06T00:00:00.000Z");
   // The roll-over of April 2019, and the leap second at the end of 2016 from both sides.

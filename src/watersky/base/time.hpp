@@ -32,6 +32,12 @@ using Time = std::chrono::time_point<std::chrono::system_clock, Duration>;
 /// The moment that GPS receivers tell as a week since 6 January 1980 and milliseconds in it; UTC
 /// lacks the leap seconds since then (18 since 2017).
 [[nodiscard]] Time utc_from_gps(int week, std::int64_t week_ms);
+/// The inverse, to the nearest millisecond.
+struct GpsTime {
+  int week = 0;
+  std::int64_t week_ms = 0;
+};
+[[nodiscard]] GpsTime gps_from_utc(Time t);
 
 /// ISO 8601, UTC, milliseconds: "2018-08-05T01:00:44.800Z".
 [[nodiscard]] std::string to_iso8601(Time t);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <numbers>
 
 #include "watersky/geo/rotation.hpp"
 #include "watersky/geodesy/projection.hpp"
@@ -163,8 +164,10 @@ void Reading::take_state(Source& source, Run& run, Time time, const View& view) 
   const auto [lat, lon, height, x, y, z, phi, theta, psi] = state_.of(view);
   for (const double v : {lat, lon, height, x, y, z, phi, theta, psi})
     if (!std::isfinite(v)) return;
-  constexpr double kPi = 3.14159265358979, kNowhere_rad = 1e-3, kFar_m = 1e6;
-  if (std::abs(lat) > kPi / 2 || std::abs(lon) > kPi) return;
+  constexpr double kNowhere_rad = 1e-3, kFar_m = 1e6, kRounding_rad = 1e-9;
+  if (std::abs(lat) > std::numbers::pi / 2 + kRounding_rad ||
+      std::abs(lon) > std::numbers::pi + kRounding_rad)
+    return;
   if (std::abs(x) > kFar_m || std::abs(y) > kFar_m || std::abs(z) > kFar_m ||
       std::abs(height) > kFar_m)
     return;
