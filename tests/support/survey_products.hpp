@@ -75,14 +75,9 @@ inline Products survey_products(const cv::Mat& ice, double cell_m, unsigned seed
           projection.inverse(p.easting_northing_m({seen.center.x, seen.center.y})).value();
       const double tilt = 0.02 * (leg + 1);
       p.used.push_back({.file = "frame_" + std::to_string(leg * kFramesPerLeg + i) + ".jpg",
-                        .pose = {.time = *time_from_seconds(time_s),
-                                 .world_from_camera{Eigen::Quaterniond::Identity(), Point<World>{}},
-                                 .camera = place,
-                                 .sea_below = place,
-                                 .sea_from_camera{Eigen::Quaterniond(Eigen::AngleAxisd(
-                                                      tilt, Eigen::Vector3d::UnitX())),
-                                                  Point<Sea>{{0, 0, -100}}},
-                                 .sigma = {}},
+                        .time = *time_from_seconds(time_s),
+                        .camera = place,
+                        .optical_axis = {0.0, -std::sin(tilt), std::cos(tilt)},
                         .footprint_easting_northing_m = footprint,
                         .gsd_m = 0.05,
                         .height_above_sea_m = 100.0 + leg,
