@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace watersky::detail {
+namespace watersky {
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they lie");
 
@@ -30,4 +30,4 @@ template <class T>
   return value;
 }
 
-}  // namespace watersky::detail
+}  // namespace watersky

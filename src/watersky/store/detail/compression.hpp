@@ -4,7 +4,7 @@
 #include <span>
 
 #include "watersky/base/result.hpp"
-#include "watersky/store/detail/bytes.hpp"
+#include "watersky/base/bytes.hpp"
 
 namespace watersky::detail {
 

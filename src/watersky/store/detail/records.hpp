@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "watersky/store/detail/bytes.hpp"
+#include "watersky/base/bytes.hpp"
 #include "watersky/store/storage.hpp"
 
 namespace watersky::detail {
