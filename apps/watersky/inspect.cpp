@@ -46,9 +46,10 @@ void add_inspect(CLI::App& app) {
                  print(found, common);
                  return to_json(found);
                });
-  verb.add_option(
-          "FILE", *path,
-          "a flight folder, a folder of photographs, a photograph, a .tlog or a map (.wsmap)")
+  verb.add_option("FILE", *path,
+                  "a flight folder, a folder of photographs, a photograph, a .tlog, an MCAP file, "
+                  "a ROS 1 bag "
+                  "or a map (.wsmap)")
       ->required();
 }
 

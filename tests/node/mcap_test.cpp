@@ -17,7 +17,8 @@ Time at_ms(std::int64_t ms) { return Time(std::chrono::milliseconds(ms)); }
 
 void write_bytes(const std::filesystem::path& file, const Bytes& bytes) {
   std::ofstream(file, std::ios::binary)
-      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+      .write(reinterpret_cast<const char*>(bytes.data()),
+             static_cast<std::streamsize>(bytes.size()));
 }
 
 /// A file with a message of each type, in each encoding that it has.
@@ -29,7 +30,10 @@ class Recording {
               file_.insert(file_.end(), bytes.begin(), bytes.end());
               return Status();
             },
-            {.profile = "", .library = "watersky", .compression = compression, .chunk_bytes = 500})) {}
+            {.profile = "",
+             .library = "watersky",
+             .compression = compression,
+             .chunk_bytes = 500})) {}
 
   template <class M>
   void add_proto(const M& message) {
@@ -73,7 +77,12 @@ TEST(McapPeer, ReadsOursByTheIndexAndAsAStreamAndDecodesEveryMessage) {
   const Bytes pixels = {1, 2, 250};
   for (const auto compression : {Compression::None, Compression::Lz4, Compression::Zstd}) {
     Recording recording(compression);
-    foxglove::LocationFix fix{t, "map", 78.9, 11.9, 30.5, {1, 2, 3, 4, 5, 6, 7, 8, 9},
+    foxglove::LocationFix fix{t,
+                              "map",
+                              78.9,
+                              11.9,
+                              30.5,
+                              {1, 2, 3, 4, 5, 6, 7, 8, 9},
                               foxglove::PositionCovarianceType::Known};
     recording.add_proto(fix);
     recording.add_proto(foxglove::FrameTransform{t, "map", "base_link", {1, 2, 3}, {0, 0, 0, 1}});
@@ -82,10 +91,18 @@ TEST(McapPeer, ReadsOursByTheIndexAndAsAStreamAndDecodesEveryMessage) {
     recording.add_proto(foxglove::RawImage{t, "camera", 3, 1, "mono8", 3, pixels});
     recording.add_proto(
         foxglove::CameraCalibration{t, "camera", 640, 480, "plumb_bob", {1, 2}, {3}, {4}, {5}});
-    recording.add_proto(foxglove::Grid{t, "map", {{1, 2, 3}, {0, 0, 0, 1}}, 3, {0.5, 0.25}, 3, 1,
-                                       {{"p", 0, foxglove::NumericType::Uint8}}, pixels});
+    recording.add_proto(foxglove::Grid{t,
+                                       "map",
+                                       {{1, 2, 3}, {0, 0, 0, 1}},
+                                       3,
+                                       {0.5, 0.25},
+                                       3,
+                                       1,
+                                       {{"p", 0, foxglove::NumericType::Uint8}},
+                                       pixels});
     recording.add_proto(foxglove::GeoJSON{"{}"});
-    recording.add_proto(recording::Frame{"f.png", t, std::nullopt, true, 12, std::nullopt, std::nullopt});
+    recording.add_proto(
+        recording::Frame{"f.png", t, std::nullopt, true, 12, std::nullopt, std::nullopt});
     const ros::Header header{3, t, "map"};
     recording.add_ros(ros::CompressedImage{header, "png", pixels});
     recording.add_ros(ros::Image{header, 1, 3, "mono8", 0, 3, pixels});
@@ -131,23 +148,24 @@ TEST(McapPeer, ReadsOursByTheIndexAndAsAStreamAndDecodesEveryMessage) {
 
     auto location = first("/foxglove.LocationFix");
     EXPECT_EQ(location["latitude"], 78.9);
-    EXPECT_EQ(location["positionCovariance"], nlohmann::json({1, 2, 3, 4, 5, 6, 7, 8, 9}));
-    EXPECT_EQ(location["positionCovarianceType"], "KNOWN");
+    EXPECT_EQ(location["position_covariance"], nlohmann::json({1, 2, 3, 4, 5, 6, 7, 8, 9}));
+    EXPECT_EQ(location["position_covariance_type"], "KNOWN");
     EXPECT_EQ(location["timestamp"]["seconds"], 1'700'000'000);
     EXPECT_EQ(location["timestamp"]["nanos"], 250);
-    EXPECT_EQ(first("/foxglove.FrameTransform")["childFrameId"], "base_link");
-    EXPECT_EQ(first("/foxglove.FrameTransforms")["transforms"][1]["parentFrameId"], "c");
+    EXPECT_EQ(first("/foxglove.FrameTransform")["child_frame_id"], "base_link");
+    EXPECT_EQ(first("/foxglove.FrameTransforms")["transforms"][1]["parent_frame_id"], "c");
     EXPECT_EQ(first("/foxglove.CompressedImage")["data"], nlohmann::json({1, 2, 250}));
     EXPECT_EQ(first("/foxglove.RawImage")["step"], 3);
     EXPECT_EQ(first("/foxglove.CameraCalibration")["D"], nlohmann::json({1, 2}));
     EXPECT_EQ(first("/foxglove.Grid")["fields"][0]["type"], "UINT8");
-    EXPECT_EQ(first("/foxglove.Grid")["cellSize"]["y"], 0.25);
+    EXPECT_EQ(first("/foxglove.Grid")["cell_size"]["y"], 0.25);
     EXPECT_EQ(first("/foxglove.GeoJSON")["geojson"], "{}");
     EXPECT_EQ(first("/watersky.Frame")["counter"], 12);
     for (const std::string ros : {"/ros1/", "/ros2/"}) {
       EXPECT_EQ(first(ros + "CompressedImage")["data"], nlohmann::json({1, 2, 250}));
       EXPECT_EQ(first(ros + "Image")["encoding"], "mono8");
-      EXPECT_EQ(first(ros + "CameraInfo")[ros == "/ros1/" ? "D" : "d"], nlohmann::json({0.5, 0.25}));
+      EXPECT_EQ(first(ros + "CameraInfo")[ros == "/ros1/" ? "D" : "d"],
+                nlohmann::json({0.5, 0.25}));
       EXPECT_EQ(first(ros + "CameraInfo")["roi"]["do_rectify"], true);
       EXPECT_EQ(first(ros + "NavSatFix")["latitude"], 78.9);
       EXPECT_EQ(first(ros + "NavSatFix")["position_covariance"][8], 4);
@@ -181,7 +199,8 @@ TEST(McapPeer, WritesFilesThatWeReadByTheIndexAndWithoutIt) {
     std::uint32_t n = 0;
     const auto damage = reader->for_each([&](const mcap::Message& m, const mcap::Location&) {
       EXPECT_EQ(m.sequence, n);
-      EXPECT_EQ(m.log_time, Time(std::chrono::seconds(1'700'000'000)) + std::chrono::milliseconds(10 * n));
+      EXPECT_EQ(m.log_time,
+                Time(std::chrono::seconds(1'700'000'000)) + std::chrono::milliseconds(10 * n));
       EXPECT_EQ(reader->channels().at(m.channel).topic, n % 2 == 0 ? "/one" : "/two");
       const auto json = nlohmann::json::parse(m.data.begin(), m.data.end());
       EXPECT_EQ(json["i"], n);

@@ -45,7 +45,8 @@ TEST(RosbagPeer, ReadsOursInEveryCompressionAndDecodesEveryMessage) {
     const TemporaryFolder folder;
     const auto path = folder.path() / "ours.bag";
     std::ofstream(path, std::ios::binary)
-        .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+        .write(reinterpret_cast<const char*>(file.data()),
+               static_cast<std::streamsize>(file.size()));
     auto found = node("check_rosbag.mjs", "'" + path.string() + "'");
     ASSERT_FALSE(found.is_discarded());
     EXPECT_GT(found["chunks"], 2);

@@ -19,7 +19,7 @@ inline void mend_checksums(std::vector<std::uint8_t>& file) {
   if (file.size() < detail::kPreambleBytes) return;
   mend(16, detail::checksum(std::span(file).first(16)));
   for (std::size_t at = detail::kPreambleBytes; at + detail::kRecordHeadBytes <= file.size();) {
-    const auto size = detail::number_at<std::uint32_t>(file, at + 8);
+    const auto size = number_at<std::uint32_t>(file, at + 8);
     if (size > file.size() - at - detail::kRecordHeadBytes) break;
     std::vector<std::uint8_t> summed(file.begin() + static_cast<std::ptrdiff_t>(at),
                                      file.begin() + static_cast<std::ptrdiff_t>(at) + 16);

@@ -9,9 +9,11 @@
 #include "watersky/geodesy/projection.hpp"
 #include "watersky/io/camera_table.hpp"
 #include "watersky/io/csv.hpp"
+#include "watersky/io/detail/message_inspection.hpp"
 #include "watersky/io/exif.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
+#include "watersky/io/message_flight.hpp"
 #include "watersky/io/read_flight.hpp"
 #include "watersky/io/video.hpp"
 #include "watersky/store/map_file.hpp"
@@ -286,18 +288,20 @@ Result<Inspection> inspect(const fs::path& path) {
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   const std::string extension = lower_extension(path);
   auto out =
-      fs::is_directory(path, ec) ? inspect_recording(path)
-      : extension == ".tlog"     ? inspect_tlog(path)
-      : is_image_file(path)      ? inspect_image(path)
-      : is_video_file(path)      ? inspect_video(path)
-      : extension == ".csv"      ? inspect_csv(path)
-      : extension == ".wsmap"    ? inspect_map(path)
+      fs::is_directory(path, ec)   ? inspect_recording(path)
+      : extension == ".tlog"       ? inspect_tlog(path)
+      : is_message_recording(path) ? detail::inspect_messages(path)
+      : is_image_file(path)        ? inspect_image(path)
+      : is_video_file(path)        ? inspect_video(path)
+      : extension == ".csv"        ? inspect_csv(path)
+      : extension == ".wsmap"      ? inspect_map(path)
       : extension == ".yaml" || extension == ".yml" || extension == ".xml"
           ? inspect_calibration(path)
           : Result<Inspection>(Error{
                 ErrorCode::Unsupported,
                 path.string() + ": is nothing that we can read; give a flight folder, a folder of "
-                                "photographs, an image, a video, a .tlog, a map (.wsmap), a "
+                                "photographs, an image, a video, a .tlog, an MCAP file, "
+                                "a bag, a map (.wsmap), a "
                                 "calibration or a .csv"});
   if (out) out->name = fs::absolute(path).lexically_normal().filename().string();
   return out;

@@ -13,7 +13,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using detail::Bytes;
 using detail::FileKind;
 using detail::IndexEntry;
 using detail::Record;

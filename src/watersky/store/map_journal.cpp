@@ -12,7 +12,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using detail::Bytes;
 using detail::ChainKey;
 using detail::RecordKind;
 

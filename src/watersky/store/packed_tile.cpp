@@ -13,12 +13,9 @@ namespace watersky {
 
 namespace {
 
-using detail::Bytes;
 using detail::checksum;
 using detail::compress;
 using detail::decompress;
-using detail::number_at;
-using detail::put;
 
 constexpr std::size_t kCells = MapTile::kCellsInBlock;
 constexpr std::size_t kPlanes = 5;

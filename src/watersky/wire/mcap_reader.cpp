@@ -127,14 +127,18 @@ void Reader::add_channel(Channel channel, std::uint64_t offset) {
 
 Result<bool> Reader::read_summary() {
   const ByteSource& s = *source_;
-  if (s.size() < kMagic.size() + detail::kTailBytes) return false;
+  const auto not_closed = [&] {
+    damage_.push_back({s.size(), "the file does not end with its summary: it was not closed"});
+    return false;
+  };
+  if (s.size() < kMagic.size() + detail::kTailBytes) return not_closed();
   const std::uint64_t footer_at = s.size() - detail::kTailBytes;
   Bytes tail(detail::kTailBytes);
   WATERSKY_CHECK(s.read(footer_at, tail));
   if (!is_magic(std::span(tail).last(kMagic.size())) ||
       tail[0] != static_cast<std::uint8_t>(Op::Footer) ||
       number_at<std::uint64_t>(tail, 1) != detail::kFooterBytes)
-    return false;  // cut short: no damage of what is there
+    return not_closed();
   WATERSKY_TRY(const detail::Footer footer,
                detail::parse_footer(std::span(tail).subspan(kHeadBytes, detail::kFooterBytes),
                                     footer_at + kHeadBytes));
@@ -362,7 +366,6 @@ Status Reader::walk(Scan& scan) const {
     at += record_bytes;
     WATERSKY_CHECK(sum_to(at));
   }
-  scan.damage.push_back({size, "the file ends without its summary"});
   return {};
 }
 
