@@ -119,6 +119,7 @@ void add_calibrate(CLI::App& app);
 
 void add_simulate(CLI::App& app);
 void add_inspect(CLI::App& app);
+void add_convert(CLI::App& app);
 void add_doctor(CLI::App& app);
 
 }  // namespace watersky::cli

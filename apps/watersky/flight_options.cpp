@@ -12,9 +12,10 @@
 namespace watersky::cli {
 
 void add_flight_options(CLI::App& verb, FlightOptions& o) {
-  verb.add_option("FLIGHT", o.flight,
-                  "a flight folder, a folder of geotagged photographs, or photographs or a video "
-                  "with a log")
+  verb.add_option(
+          "FLIGHT", o.flight,
+          "a flight folder, a folder of geotagged photographs, photographs or a video with a "
+          "log, an MCAP file or a ROS 1 bag")
       ->required();
   auto* camera =
       verb.add_option("--camera", o.camera_file, "OpenCV calibration file (YAML or XML)");
@@ -59,6 +60,17 @@ void add_flight_options(CLI::App& verb, FlightOptions& o) {
       ->check(CLI::NonNegativeNumber)
       ->check(finite())
       ->capture_default_str();
+  verb.add_option("--image-topic", o.image_topic,
+                  "topic of the images in an MCAP file or bag that has several");
+  verb.add_option("--camera-frame", o.camera_frame,
+                  "the camera's frame in /tf; else that of the images");
+  verb.add_option("--map-frame", o.map_frame,
+                  "the frame in /tf that stands still (x east, y north, z up); else the top of the "
+                  "camera's chain");
+  verb.add_option(
+      "--datum", o.datum,
+      "LAT,LON,HEIGHT of the map frame's origin [deg, deg, m above the ellipsoid]; else "
+      "as NavSatFix says");
   verb.add_flag("--assume-nadir", o.assume_nadir,
                 "take photographs without attitude as looking straight down");
 }
@@ -90,6 +102,12 @@ Result<ReadOptions> read_options(const FlightOptions& o) {
   if (!o.name_pattern.empty()) read.name_pattern = o.name_pattern;
   if (!o.video_start.empty()) {
     WATERSKY_TRY(read.video_start, parse_video_start_option(o.video_start));
+  }
+  if (!o.image_topic.empty()) read.image_topic = o.image_topic;
+  if (!o.camera_frame.empty()) read.camera_frame = o.camera_frame;
+  if (!o.map_frame.empty()) read.map_frame = o.map_frame;
+  if (!o.datum.empty()) {
+    WATERSKY_TRY(read.datum, parse_datum_option(o.datum));
   }
   read.video_frame_interval_s = o.video_frame_interval_s;
   read.delay_s = o.delay_s;

@@ -10,7 +10,7 @@ namespace watersky::cli {
 
 struct FlightOptions {
   std::string flight, camera_file, mount, log, sea_level, anchors, ranges, name_pattern,
-      video_start;
+      video_start, image_topic, camera_frame, map_frame, datum;
   std::optional<double> focal_px;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;
   std::optional<double> delay_s;

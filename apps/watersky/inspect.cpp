@@ -49,7 +49,7 @@ void add_inspect(CLI::App& app) {
   verb.add_option(
           "FILE", *path,
           "a flight folder, a folder of photographs, a photograph, an autopilot log (.tlog, "
-          ".bin, .lsf, .lsf.gz) or a map (.wsmap)")
+          ".bin, .lsf, .lsf.gz), an MCAP file, a ROS 1 bag or a map (.wsmap)")
       ->required();
 }
 

@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   watersky::cli::add_calibrate(app);
   watersky::cli::add_simulate(app);
   watersky::cli::add_inspect(app);
+  watersky::cli::add_convert(app);
   watersky::cli::add_doctor(app);
   try {
     app.parse(argc, argv);

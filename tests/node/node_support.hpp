@@ -22,7 +22,7 @@ inline std::string node_is_missing() {
   return "";
 }
 
-#define WATERSKY_NEEDS_NODE()                                              \
+#define WATERSKY_NEEDS_NODE()                                            \
   if (const std::string missing = node_is_missing(); !missing.empty()) { \
     GTEST_SKIP() << missing;                                             \
   }
@@ -30,8 +30,7 @@ inline std::string node_is_missing() {
 /// What `node SCRIPT ARGUMENTS` prints, as JSON; a failure of the test when it fails.
 inline nlohmann::json node(const std::string& script, const std::string& arguments) {
   const TemporaryFolder folder;
-  const std::string out = (folder.path() / "out").string(),
-                    err = (folder.path() / "err").string();
+  const std::string out = (folder.path() / "out").string(), err = (folder.path() / "err").string();
   const std::string command = "'" WATERSKY_NODE "' '" WATERSKY_NODE_FOLDER "/" + script + "' " +
                               arguments + " >'" + out + "' 2>'" + err + "' </dev/null";
   const int status = std::system(command.c_str());

@@ -31,6 +31,12 @@ struct ImageRequest {
 /// were stored (EXIF orientation is not applied: the lens and the mount speak of stored pixels).
 using ImageLoader = std::function<Result<cv::Mat>(const ImageRequest&)>;
 
+/// An image as a file of its own would hold it.
+struct EncodedImage {
+  std::vector<std::uint8_t> bytes;
+  std::string extension;  ///< ".jpg", ".png"
+};
+
 /// One image, not necessarily decoded.
 struct ImageFrame {
   std::string name;  ///< as reports show it: "DJI_0018.JPG", "video.mp4#120"
@@ -46,6 +52,8 @@ struct ImageFrame {
   /// The image file that `load` reads, where it is one of its own: it can be copied as it is.
   /// Empty: of a video, or made in memory.
   std::filesystem::path file{};
+  /// The same for one that lies in a recording as a file would hold it. Not set: there is none.
+  std::function<Result<EncodedImage>()> encoded{};
 };
 
 /// A frame that could not be used, and why.

@@ -53,25 +53,57 @@ Result<std::vector<std::uint8_t>> read_bytes(const fs::path& file, std::size_t m
 }
 
 Status write_file(const fs::path& path, std::string_view bytes) {
-  fs::path part = path;
+  WATERSKY_TRY(PartialFile file, PartialFile::beside(path));
+  WATERSKY_CHECK(file.append({reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size()}));
+  return file.publish();
+}
+
+PartialFile::PartialFile(fs::path target, fs::path path, std::FILE* file)
+    : target_(std::move(target)), path_(std::move(path)), file_(file) {}
+
+PartialFile::PartialFile(PartialFile&& other) noexcept
+    : target_(std::move(other.target_)),
+      path_(std::exchange(other.path_, {})),
+      file_(std::exchange(other.file_, nullptr)) {}
+
+PartialFile::~PartialFile() {
+  if (file_) std::fclose(file_);
+  std::error_code ignored;
+  if (!path_.empty()) fs::remove(path_, ignored);
+}
+
+Error PartialFile::refused(int error) const {
+  return {ErrorCode::Io, target_.string() + ": cannot be written: " + std::strerror(error) +
+                             "; free space there, or choose another output"};
+}
+
+Result<PartialFile> PartialFile::beside(const fs::path& target) {
+  fs::path part = target;
   part += ".part" + std::to_string(::getpid());
-  const auto refuse = [&](int error) {
-    std::error_code ignored;
-    fs::remove(part, ignored);
-    return Error{ErrorCode::Io, path.string() + ": cannot be written: " + std::strerror(error) +
-                                    "; free space there, or choose another output"};
-  };
-  std::FILE* file = std::fopen(part.c_str(), "wb");
-  if (!file) return refuse(errno);
+  PartialFile file(target, part, std::fopen(part.c_str(), "w+b"));
+  if (!file.file_) return file.refused(errno);
+  return file;
+}
+
+Status PartialFile::append(std::span<const std::uint8_t> bytes) {
+  if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) return refused(errno);
+  return {};
+}
+
+Status PartialFile::overwrite_beginning(std::span<const std::uint8_t> bytes) {
+  if (std::fseek(file_, 0, SEEK_SET) != 0) return refused(errno);
+  WATERSKY_CHECK(append(bytes));
+  if (std::fseek(file_, 0, SEEK_END) != 0) return refused(errno);
+  return {};
+}
+
+Status PartialFile::publish() {
   // A full disk may show only when the last buffer is flushed by closing.
-  const bool wrote = std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
-  const int write_error = errno;
-  const bool closed = std::fclose(file) == 0;
-  if (!wrote) return refuse(write_error);
-  if (!closed) return refuse(errno);
+  if (std::fclose(std::exchange(file_, nullptr)) != 0) return refused(errno);
   std::error_code renamed;
-  fs::rename(part, path, renamed);
-  if (renamed) return refuse(renamed.value());
+  fs::rename(path_, target_, renamed);
+  if (renamed) return refused(renamed.value());
+  path_.clear();
   return {};
 }
 

@@ -2,7 +2,9 @@
 #pragma once
 /// Files and folders, whole or not at all.
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,6 +34,31 @@ namespace watersky {
 /// that begin with a dot are left out (macOS leaves "._DJI_0001.JPG" on memory cards).
 [[nodiscard]] Result<std::vector<std::filesystem::path>> files_with_extension(
     const std::filesystem::path& folder, std::initializer_list<std::string_view> extensions);
+
+/// A file in the making beside its later place, for what is too large to be held in memory: under
+/// a temporary name until publish(), gone when that is never called.
+class PartialFile {
+ public:
+  /// Io when the system refuses.
+  [[nodiscard]] static Result<PartialFile> beside(const std::filesystem::path& target);
+  ~PartialFile();
+  PartialFile(PartialFile&& other) noexcept;
+  PartialFile& operator=(PartialFile&&) = delete;
+
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] Status append(std::span<const std::uint8_t> bytes);
+  /// Writes over what stands at the beginning.
+  [[nodiscard]] Status overwrite_beginning(std::span<const std::uint8_t> bytes);
+  /// Puts it in its place, over what stands there.
+  [[nodiscard]] Status publish();
+
+ private:
+  PartialFile(std::filesystem::path target, std::filesystem::path path, std::FILE* file);
+  [[nodiscard]] Error refused(int error) const;
+  std::filesystem::path target_;
+  std::filesystem::path path_;
+  std::FILE* file_;  ///< nullptr: closed
+};
 
 /// A folder in the making beside its later place: under a temporary name until publish(), gone
 /// with all that is in it when that is never called.

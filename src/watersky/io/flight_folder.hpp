@@ -74,6 +74,7 @@ struct CompanionFile {
 struct WriteFlightOptions {
   StoredImages images = StoredImages::Png;
   int jpeg_quality = 95;
+  bool keep_as_png = false;  ///< with Keep: what else there is becomes as Png instead
   /// Takes the place of what is at `folder`: the caller has asked whether it may.
   bool replace = false;
   std::vector<CompanionFile> companions{};

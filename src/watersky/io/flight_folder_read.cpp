@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include <yaml-cpp/yaml.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>
 
 #include "watersky/camera/calibration_file.hpp"
-#include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
 #include "watersky/io/detail/csv_checks.hpp"
+#include "watersky/io/detail/flight_description.hpp"
 #include "watersky/io/detail/photos.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
@@ -27,141 +25,7 @@ using detail::times_must_rise;
 
 Error bad(const std::string& message) { return {ErrorCode::InvalidInput, message}; }
 
-/// Reads keys of one mapping and remembers which were asked for.
-class Mapping {
- public:
-  static Result<Mapping> make(const YAML::Node& node, std::string place) {
-    if (!node.IsMap()) return bad(place + " must hold key: value pairs");
-    return Mapping(node, std::move(place));
-  }
-
-  [[nodiscard]] bool has(const std::string& key) {
-    asked_.insert(key);
-    return node_[key].IsDefined() && !node_[key].IsNull();
-  }
-  Result<std::string> text(const std::string& key) {
-    asked_.insert(key);
-    const YAML::Node value = node_[key];
-    if (!value.IsDefined()) return bad(place_ + " lacks " + key);
-    if (!value.IsScalar()) return bad(place_ + ": " + key + " must be a single value");
-    return value.Scalar();
-  }
-  Result<double> number(const std::string& key, double low, double high) {
-    WATERSKY_TRY(const std::string value, text(key));
-    const auto x = parse_number(value);
-    if (!x || *x < low || *x > high)
-      return bad(place_ + ": " + key + " must be a number from " + format_number(low) + " to " +
-                 format_number(high));
-    return *x;
-  }
-  Result<double> number_or(const std::string& key, double other, double low, double high) {
-    if (!has(key)) return other;
-    return number(key, low, high);
-  }
-  Result<Mapping> mapping(const std::string& key) {
-    asked_.insert(key);
-    return make(node_[key], place_ + ": " + key);
-  }
-  void unknown_into(std::vector<std::string>& out, const std::string& prefix) const {
-    for (const auto& item : node_) {
-      const std::string key = item.first.IsScalar() ? item.first.Scalar() : "?";
-      if (!asked_.contains(key)) out.push_back(prefix + key);
-    }
-  }
-
- private:
-  Mapping(const YAML::Node& node, std::string place) : node_(node), place_(std::move(place)) {}
-  YAML::Node node_;
-  std::string place_;
-  std::set<std::string> asked_;
-};
-
 constexpr double kFar_m = 1e7;
-
-Result<Angle> angle(Mapping& map, const std::string& key, double limit_deg = 360) {
-  WATERSKY_TRY(const double deg, map.number(key, -limit_deg, limit_deg));
-  return Angle::degrees(deg);
-}
-
-Status read_mount(Mapping map, FlightDescription& out) {
-  YawPitchRoll mount;
-  WATERSKY_TRY(mount.roll, angle(map, "roll_deg"));
-  WATERSKY_TRY(mount.pitch, angle(map, "pitch_deg"));
-  WATERSKY_TRY(mount.yaw, angle(map, "yaw_deg"));
-  out.mount = mount;
-  int i = 0;
-  for (const char* key : {"x_m", "y_m", "z_m"}) {
-    WATERSKY_TRY(out.mount_lever_arm_m[i], map.number_or(key, 0.0, -1000, 1000));
-    ++i;
-  }
-  WATERSKY_TRY(const double sigma_deg, map.number_or("sigma_deg", 0.0, 0, 180));
-  out.mount_sigma_rad = Angle::degrees(sigma_deg).radians();
-  // Accepted, and not used: the lever arm's own sigma is far below the position's.
-  WATERSKY_TRY([[maybe_unused]] const double sigma_m, map.number_or("sigma_m", 0.0, 0, 1000));
-  map.unknown_into(out.unknown_keys, "mount.");
-  return {};
-}
-
-Status read_datum(Mapping map, FlightDescription& out) {
-  Geodetic origin;
-  WATERSKY_TRY(origin.latitude, angle(map, "lat_deg", 90));
-  WATERSKY_TRY(origin.longitude, angle(map, "lon_deg", 360));
-  WATERSKY_TRY(origin.height_ellipsoid_m, map.number("height_ellipsoid_m", -kFar_m, kFar_m));
-  out.datum = origin;
-  if (map.has("x_azimuth_deg")) {
-    WATERSKY_TRY(out.datum_x_azimuth, angle(map, "x_azimuth_deg"));
-  }
-  map.unknown_into(out.unknown_keys, "datum.");
-  return {};
-}
-
-Result<FlightDescription> describe(const YAML::Node& root, const std::string& name) {
-  FlightDescription out;
-  WATERSKY_TRY(Mapping map, Mapping::make(root, name));
-  if (map.has("camera")) {
-    WATERSKY_TRY(out.camera, map.text("camera"));
-  }
-  if (map.has("camera_source")) {
-    WATERSKY_TRY(out.camera_source, map.text("camera_source"));
-  }
-  WATERSKY_TRY(out.camera_focal_sigma_px, map.number_or("camera_focal_sigma_px", 0.0, 0, 1e6));
-  if (map.has("mount")) {
-    WATERSKY_TRY(Mapping mount, map.mapping("mount"));
-    WATERSKY_CHECK(read_mount(std::move(mount), out));
-  }
-  if (map.has("datum")) {
-    WATERSKY_TRY(Mapping datum, map.mapping("datum"));
-    WATERSKY_CHECK(read_datum(std::move(datum), out));
-  }
-  if (map.has("sea_above_datum_m")) {
-    WATERSKY_TRY(out.sea_above_datum_m, map.number("sea_above_datum_m", -kFar_m, kFar_m));
-  }
-  WATERSKY_TRY(out.sea_above_datum_sigma_m, map.number_or("sea_above_datum_sigma_m", 0.0, 0, 1e4));
-  WATERSKY_TRY(out.tide_m, map.number_or("tide_m", 0.0, -30, 30));
-  if (map.has("sea_follows")) {
-    WATERSKY_TRY(const std::string surface, map.text("sea_follows"));
-    if (surface != "geoid" && surface != "ellipsoid")
-      return bad(name + ": sea_follows must be geoid or ellipsoid");
-    out.sea_follows_geoid = surface == "geoid";
-  }
-  WATERSKY_TRY(out.readout_s, map.number_or("readout_s", 0.0, 0, 10));
-  if (map.has("delay_s")) {
-    WATERSKY_TRY(out.delay_s, map.number("delay_s", -3600, 3600));
-  }
-  WATERSKY_TRY([[maybe_unused]] const double delay_sigma_s,
-               map.number_or("delay_sigma_s", 0.0, 0, 3600));
-  if (map.has("gimbal_frame")) {
-    WATERSKY_TRY(const std::string frame, map.text("gimbal_frame"));
-    if (frame == "body")
-      out.gimbal_frame = GimbalReference::Body;
-    else if (frame == "north")
-      out.gimbal_frame = GimbalReference::NorthEastDown;
-    else
-      return bad(name + ": gimbal_frame must be body or north");
-  }
-  map.unknown_into(out.unknown_keys, "");
-  return out;
-}
 
 /// The cells of named columns as numbers.
 template <std::size_t N>
@@ -221,17 +85,6 @@ Result<Rigid3<World, Body>> pose_at(const CsvTable& table, std::size_t row, bool
 
 }  // namespace
 
-Result<FlightDescription> parse_flight_yaml(const std::string& text, const std::string& name) {
-  constexpr std::size_t kMaxBytes = std::size_t{1} << 20;
-  if (text.size() > kMaxBytes) return bad(name + ": is larger than a flight.yaml can be");
-  try {
-    return describe(YAML::Load(text), name);
-  } catch (const YAML::Exception& e) {
-    const std::string line = e.mark.is_null() ? "" : ":" + std::to_string(e.mark.line + 1);
-    return bad(name + line + ": is no valid YAML (" + e.msg + ")");
-  }
-}
-
 Result<std::optional<Geodetic>> first_place_of_poses_csv(std::string_view text,
                                                          const std::string& name) {
   WATERSKY_TRY(const CsvTable table, CsvTable::parse(text, name));
@@ -283,9 +136,9 @@ Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const st
   std::vector<StampedPose> poses;
   poses.reserve(table.rows());
   for (std::size_t row = 0; row < table.rows(); ++row) {
-    StampedPose pose;
+    StampedPose& pose = poses.emplace_back();
     WATERSKY_TRY(pose.time, table.time(row, time_column));
-    if (row > 0) WATERSKY_CHECK(times_must_rise(table, row, poses.back().time, pose.time));
+    if (row > 0) WATERSKY_CHECK(times_must_rise(table, row, poses[row - 1].time, pose.time));
     WATERSKY_TRY(pose.world_from_body, pose_at(table, row, local, datum));
     if (pose.world_from_body.origin().v.cwiseAbs().maxCoeff() > kFar_m)
       return bad(table.place(row) + ": lies more than 10000 km from the datum");
@@ -296,7 +149,6 @@ Result<std::vector<StampedPose>> parse_poses_csv(std::string_view text, const st
       const double rad = Angle::degrees(1).radians();
       pose.sigma = PoseSigma{{s[0], s[1], s[2]}, {s[3] * rad, s[4] * rad, s[5] * rad}};
     }
-    poses.push_back(std::move(pose));
   }
   return poses;
 }
@@ -386,24 +238,6 @@ Status read_frames(const fs::path& folder, CameraModel& camera, const std::strin
   return {};
 }
 
-Result<SeaLevel> sea_of(const FlightDescription& d, const Datum& datum) {
-  const double at_datum_m = datum.origin().height_ellipsoid_m + *d.sea_above_datum_m + d.tide_m;
-  const std::string where =
-      "flight.yaml, " + format_number(*d.sea_above_datum_m) + " m above the datum" +
-      (d.tide_m == 0.0 ? "" : " and a tide of " + format_number(d.tide_m) + " m");
-  if (!d.sea_follows_geoid)
-    return SeaLevel{[at_datum_m](const Geodetic&) -> Result<double> { return at_datum_m; }, where,
-                    d.sea_above_datum_sigma_m};
-  WATERSKY_TRY(const double geoid_m,
-               egm96_above_ellipsoid_m(datum.origin().latitude, datum.origin().longitude));
-  const double above_geoid_m = at_datum_m - geoid_m;
-  return SeaLevel{[above_geoid_m](const Geodetic& p) -> Result<double> {
-                    WATERSKY_TRY(const double n, egm96_above_ellipsoid_m(p.latitude, p.longitude));
-                    return n + above_geoid_m;
-                  },
-                  where + ", along the geoid", d.sea_above_datum_sigma_m};
-}
-
 }  // namespace
 
 Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& options,
@@ -442,16 +276,11 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
     notes.emplace_back("flight.yaml names no datum: the first pose is taken for it");
   }
 
-  Flight flight(resolved(folder).filename().string(), Datum(*origin, d.datum_x_azimuth), camera);
-  flight.notes = std::move(notes);
-  for (const std::string& key : d.unknown_keys)
-    flight.notes.push_back("flight.yaml: " + key + " means nothing to us and was ignored");
   const std::string shown = options.camera_file ? calibration.string() : d.camera;
-  flight.calibration =
-      options.focal_px ? CalibrationSource{"--focal-px " + format_number(*options.focal_px), 0.0}
-      : options.camera_file || d.camera_source.empty()
-          ? CalibrationSource{shown, options.camera_file ? 0.0 : d.camera_focal_sigma_px}
-          : CalibrationSource{d.camera_source, d.camera_focal_sigma_px};
+  WATERSKY_TRY(Flight flight,
+               detail::described_flight(d, resolved(folder).filename().string(),
+                                        Datum(*origin, d.datum_x_azimuth), camera, options));
+  flight.notes.insert(flight.notes.begin(), notes.begin(), notes.end());
 
   auto poses = parse_poses_csv(poses_text, "poses.csv", flight.datum, flight.notes);
   if (!poses) return in_folder(poses.error());
@@ -467,31 +296,13 @@ Result<Flight> read_flight_folder(const fs::path& folder, const ReadOptions& opt
     auto rotations = parse_gimbal_csv(text, "gimbal.csv");
     if (!rotations) return in_folder(rotations.error());
     WATERSKY_TRY(flight.gimbal, RotationTrack::make(std::move(*rotations)));
-    flight.gimbal_reference = d.gimbal_frame;
   } else if (d.gimbal_frame) {
     return in_folder(
         Error{ErrorCode::NotFound, "flight.yaml names a gimbal_frame, but there is no gimbal.csv"});
   }
 
-  const std::optional<YawPitchRoll> mount = options.mount ? options.mount : d.mount;
-  const YawPitchRoll otherwise =
-      flight.gimbal_reference ? YawPitchRoll{} : YawPitchRoll{{}, Angle::degrees(-90), {}};
-  flight.mount.rotation = camera_rotation(mount.value_or(otherwise));
-  flight.mount.lever_arm_m = d.mount_lever_arm_m;
-  flight.mount.sigma_rad = options.mount ? 0.0 : d.mount_sigma_rad;
-  flight.mount.assumed = !mount && !flight.gimbal_reference;
-  if (flight.mount.assumed) flight.notes.emplace_back(detail::kAssumedMountNote);
-  flight.readout_s = d.readout_s;
-  flight.delay_s = options.delay_s ? options.delay_s : d.delay_s;
-
   if (const Status frames = read_frames(folder, flight.camera, shown, flight, progress); !frames)
     return in_folder(frames.error());
-  if (d.sea_above_datum_m) {
-    WATERSKY_TRY(flight.sea_level, sea_of(d, flight.datum));
-  } else if (d.tide_m != 0.0) {
-    flight.notes.emplace_back(
-        "flight.yaml: tide_m goes with sea_above_datum_m, which is not there; it was ignored");
-  }
   WATERSKY_CHECK(read_known_points(folder, options.anchors_file, options.range_file, flight));
   return flight;
 }

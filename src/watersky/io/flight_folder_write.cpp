@@ -5,12 +5,12 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <opencv2/imgcodecs.hpp>
 #include <set>
 
 #include "watersky/camera/calibration_file.hpp"
-#include "watersky/geodesy/projection.hpp"
 #include "watersky/io/csv.hpp"
+#include "watersky/io/detail/flight_description.hpp"
+#include "watersky/io/detail/stored_image.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/flight_folder.hpp"
 #include "watersky/io/image_file.hpp"
@@ -31,98 +31,6 @@ std::string joined(std::initializer_list<double> numbers) {
 std::string degrees_text(const Eigen::Quaterniond& q) {
   const YawPitchRoll a = yaw_pitch_roll(q);
   return joined({a.roll.degrees(), a.pitch.degrees(), a.yaw.degrees()});
-}
-
-/// Quoted for YAML: in double quotes only these need an escape.
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += static_cast<unsigned char>(c) < 0x20 ? ' ' : c;
-  }
-  return out + "\"";
-}
-
-struct SeaLines {
-  double above_datum_m = 0.0;
-  bool follows_geoid = false;
-};
-
-/// A sea level is a function of place; the file knows two kinds. Which one it is shows where the
-/// flight was. Unsupported when it is neither.
-Result<SeaLines> describe_sea(const Flight& flight) {
-  const Geodetic& origin = flight.datum.origin();
-  WATERSKY_TRY(const double at_datum_m, flight.sea_level->height_ellipsoid_m(origin));
-  SeaLines out{at_datum_m - origin.height_ellipsoid_m, false};
-  constexpr double kSame_m = 1e-3;
-  double off_ellipsoid_m = 0, off_geoid_m = 0;
-  std::vector<Geodetic> places;
-  // A degree away the geoid has its own slope even where the flight is short.
-  for (const double step_deg : {-0.5, 0.5}) {
-    Geodetic p = origin;
-    p.latitude = Angle::degrees(std::clamp(origin.latitude.degrees() + step_deg, -89.9, 89.9));
-    places.push_back(p);
-  }
-  const auto& poses = flight.trajectory.poses();
-  for (std::size_t i = 0; i < poses.size(); i += 1 + poses.size() / 50)
-    places.push_back(flight.datum.geodetic(poses[i].world_from_body.origin()));
-  for (const Geodetic& p : places) {
-    WATERSKY_TRY(const double h, flight.sea_level->height_ellipsoid_m(p));
-    off_ellipsoid_m = std::max(off_ellipsoid_m, std::abs(h - at_datum_m));
-  }
-  if (off_ellipsoid_m < kSame_m) return out;
-  WATERSKY_TRY(const double geoid_at_datum_m,
-               egm96_above_ellipsoid_m(origin.latitude, origin.longitude));
-  for (const Geodetic& p : places) {
-    WATERSKY_TRY(const double h, flight.sea_level->height_ellipsoid_m(p));
-    WATERSKY_TRY(const double n, egm96_above_ellipsoid_m(p.latitude, p.longitude));
-    off_geoid_m = std::max(off_geoid_m, std::abs((h - at_datum_m) - (n - geoid_at_datum_m)));
-  }
-  if (off_geoid_m > kSame_m)
-    return Error{ErrorCode::Unsupported,
-                 "the sea level follows neither the ellipsoid nor the geoid; a flight folder "
-                 "cannot hold it"};
-  out.follows_geoid = true;
-  return out;
-}
-
-Result<std::string> flight_yaml(const Flight& f) {
-  const Geodetic& o = f.datum.origin();
-  const YawPitchRoll mount =
-      yaw_pitch_roll(f.mount.rotation * forward_right_down_from_camera().conjugate());
-  const Eigen::Vector3d& arm = f.mount.lever_arm_m;
-  std::string y = "camera: camera.yaml\n";
-  if (!f.calibration.description.empty())
-    y += "camera_source: " + quoted(f.calibration.description) + "\n";
-  if (f.calibration.focal_sigma_px > 0)
-    y += "camera_focal_sigma_px: " + format_number(f.calibration.focal_sigma_px) + "\n";
-  // An assumed mount is not written down as if somebody had measured it.
-  if (!f.mount.assumed) {
-    y += "mount: {roll_deg: " + format_number(mount.roll.degrees()) +
-         ", pitch_deg: " + format_number(mount.pitch.degrees()) +
-         ", yaw_deg: " + format_number(mount.yaw.degrees()) + ", x_m: " + format_number(arm.x()) +
-         ", y_m: " + format_number(arm.y()) + ", z_m: " + format_number(arm.z());
-    if (f.mount.sigma_rad > 0)
-      y += ", sigma_deg: " + format_number(Angle::radians(f.mount.sigma_rad).degrees());
-    y += "}\n";
-  }
-  y += "datum: {lat_deg: " + format_number(o.latitude.degrees()) +
-       ", lon_deg: " + format_number(o.longitude.degrees()) +
-       ", height_ellipsoid_m: " + format_number(o.height_ellipsoid_m) +
-       ", x_azimuth_deg: " + format_number(f.datum.x_azimuth().degrees()) + "}\n";
-  if (f.sea_level) {
-    WATERSKY_TRY(const SeaLines sea, describe_sea(f));
-    y += "sea_above_datum_m: " + format_number(sea.above_datum_m) + "\n";
-    if (f.sea_level->sigma_m > 0)
-      y += "sea_above_datum_sigma_m: " + format_number(f.sea_level->sigma_m) + "\n";
-    if (sea.follows_geoid) y += "sea_follows: geoid\n";
-  }
-  if (f.readout_s > 0) y += "readout_s: " + format_number(f.readout_s) + "\n";
-  if (f.delay_s) y += "delay_s: " + format_number(*f.delay_s) + "\n";
-  if (f.gimbal_reference)
-    y += std::string("gimbal_frame: ") +
-         (*f.gimbal_reference == GimbalReference::Body ? "body" : "north") + "\n";
-  return y;
 }
 
 std::string poses_csv(const std::map<Time, StampedPose>& poses) {
@@ -161,21 +69,6 @@ std::string plain_stem(const std::string& frame_name) {
   return stem.empty() ? "frame" : stem;
 }
 
-Result<std::vector<std::uint8_t>> encoded(const cv::Mat& image, bool jpeg,
-                                          const WriteFlightOptions& options,
-                                          const std::string& name) {
-  std::vector<std::uint8_t> bytes;
-  try {
-    // Compression 1: a third larger and six times faster than the default.
-    const bool done =
-        jpeg ? cv::imencode(".jpg", image, bytes, {cv::IMWRITE_JPEG_QUALITY, options.jpeg_quality})
-             : cv::imencode(".png", image, bytes, {cv::IMWRITE_PNG_COMPRESSION, 1});
-    if (done) return bytes;
-  } catch (const cv::Exception&) {  // told below
-  }
-  return Error{ErrorCode::Unsupported, name + ": cannot be encoded as an image"};
-}
-
 class FolderWriter {
  public:
   FolderWriter(const Flight& flight, fs::path folder, const WriteFlightOptions& options)
@@ -198,7 +91,7 @@ class FolderWriter {
       WATERSKY_CHECK(write_frame(flight_.frames[i]));
     }
     report(progress, "writing images", flight_.frames.size(), flight_.frames.size());
-    WATERSKY_TRY(const std::string yaml, flight_yaml(flight_));
+    WATERSKY_TRY(const std::string yaml, detail::flight_yaml(flight_));
     WATERSKY_CHECK(write_file(folder_ / "flight.yaml", yaml));
     WATERSKY_CHECK(write_file(folder_ / "camera.yaml", format_calibration(flight_.camera)));
     WATERSKY_CHECK(write_file(folder_ / "frames.csv", frames_csv_));
@@ -235,7 +128,7 @@ class FolderWriter {
       left_out_.push_back({frame.name, "its time is not known, and poses.csv goes by time"});
       return {};
     }
-    const bool keep = options_.images == StoredImages::Keep && is_image_file(frame.file);
+    const bool keep = options_.images == StoredImages::Keep && detail::has_own_bytes(frame);
     // One that is kept is decoded only to see that it can be.
     const ImageRequest request =
         keep ? ImageRequest{.color = false, .reduction = 8} : ImageRequest{};
@@ -245,20 +138,16 @@ class FolderWriter {
       left_out_.push_back({frame.name, image.error().message});
       return {};
     }
-    const bool jpeg = options_.images != StoredImages::Png && image->depth() == CV_8U;
-    const std::string stem = plain_stem(frame.name),
-                      extension = keep   ? frame.file.extension().string()
-                                  : jpeg ? ".jpg"
-                                         : ".png";
+    const bool png = options_.images == StoredImages::Png || options_.keep_as_png;
+    const bool jpeg = !png && image->depth() == CV_8U;
+    auto stored = keep ? detail::own_bytes(frame)
+                       : detail::encode_image(*image, jpeg, options_.jpeg_quality, frame.name);
+    if (!stored) return stored.error();
+    const std::string stem = plain_stem(frame.name), extension = stored->extension;
     std::string file = stem + extension;
     for (int k = 2; !files_.insert(file).second; ++k)
       file = stem + "_" + std::to_string(k) + extension;
-    std::vector<std::uint8_t> bytes;
-    if (keep) {
-      WATERSKY_TRY(bytes, read_bytes(frame.file));
-    } else {
-      WATERSKY_TRY(bytes, encoded(*image, jpeg, options_, frame.name));
-    }
+    const auto& bytes = stored->bytes;
     WATERSKY_CHECK(write_file(folder_ / "images" / file,
                               {reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
 

@@ -11,9 +11,11 @@
 #include "watersky/io/csv.hpp"
 #include "watersky/io/detail/inspect_logs.hpp"
 #include "watersky/io/detail/logged.hpp"
+#include "watersky/io/detail/message_inspection.hpp"
 #include "watersky/io/exif.hpp"
 #include "watersky/io/files.hpp"
 #include "watersky/io/image_file.hpp"
+#include "watersky/io/message_flight.hpp"
 #include "watersky/io/read_flight.hpp"
 #include "watersky/io/video.hpp"
 #include "watersky/store/map_file.hpp"
@@ -232,22 +234,25 @@ Result<Inspection> inspect(const fs::path& path) {
   if (!fs::exists(path, ec))
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   const std::string extension = lower_extension(path);
-  auto out = fs::is_directory(path, ec)  ? inspect_recording(path)
-             : extension == ".tlog"      ? detail::inspect_tlog(path)
-             : extension == ".bin"       ? detail::inspect_dataflash(path)
-             : detail::is_log_file(path) ? detail::inspect_lsf(path)
-             : is_image_file(path)       ? inspect_image(path)
-             : is_video_file(path)       ? inspect_video(path)
-             : extension == ".csv"       ? inspect_csv(path)
-             : extension == ".wsmap"     ? inspect_map(path)
-             : extension == ".yaml" || extension == ".yml" || extension == ".xml"
-                 ? inspect_calibration(path)
-                 : Result<Inspection>(
-                       Error{ErrorCode::Unsupported,
-                             path.string() +
-                                 ": is nothing that we can read; give a flight folder, a folder of "
-                                 "photographs, an image, a video, an autopilot log (" +
-                                 detail::kLogKinds + "), a map (.wsmap), a calibration or a .csv"});
+  auto out =
+      fs::is_directory(path, ec)   ? inspect_recording(path)
+      : extension == ".tlog"       ? detail::inspect_tlog(path)
+      : extension == ".bin"        ? detail::inspect_dataflash(path)
+      : detail::is_log_file(path)  ? detail::inspect_lsf(path)
+      : is_message_recording(path) ? detail::inspect_messages(path)
+      : is_image_file(path)        ? inspect_image(path)
+      : is_video_file(path)        ? inspect_video(path)
+      : extension == ".csv"        ? inspect_csv(path)
+      : extension == ".wsmap"      ? inspect_map(path)
+      : extension == ".yaml" || extension == ".yml" || extension == ".xml"
+          ? inspect_calibration(path)
+          : Result<Inspection>(
+                Error{ErrorCode::Unsupported,
+                      path.string() +
+                          ": is nothing that we can read; give a flight folder, a folder of "
+                          "photographs, an image, a video, an autopilot log (" +
+                          detail::kLogKinds +
+                          "), an MCAP file, a ROS 1 bag, a map (.wsmap), a calibration or a .csv"});
   if (out) out->name = fs::absolute(path).lexically_normal().filename().string();
   return out;
 }

@@ -21,7 +21,7 @@ struct GeographicExtent {
 
 struct Inspection {
   /// "flight_folder", "photographs", "photographs_with_log", "video_with_log", "tlog", "dataflash",
-  /// "lsf", "photograph", "video", "map", "calibration" or "csv".
+  /// "lsf", "mcap", "rosbag", "photograph", "video", "map", "calibration" or "csv".
   std::string kind;
   std::string name;
   /// How many of each: messages by name, "frames", "poses", "left_out", rows.

@@ -6,6 +6,7 @@
 #include "watersky/io/image_file.hpp"
 #include "watersky/io/known_points_file.hpp"
 #include "watersky/io/log_flight.hpp"
+#include "watersky/io/message_flight.hpp"
 #include "watersky/io/photo_flight.hpp"
 #include "watersky/io/video.hpp"
 #include "watersky/io/video_flight.hpp"
@@ -53,6 +54,7 @@ Result<RecordingKind> recording_kind(const fs::path& path, const ReadOptions& op
     return Error{ErrorCode::NotFound, path.string() + ": there is no such file or folder"};
   const bool is_folder = fs::is_directory(path, ec);
   if (is_folder && fs::exists(path / "flight.yaml", ec)) return RecordingKind::FlightFolder;
+  if (!is_folder && is_message_recording(path)) return RecordingKind::Messages;
   WATERSKY_TRY(const auto video, video_of(path));
   if (video) {
     WATERSKY_TRY([[maybe_unused]] const fs::path log, log_of_video(*video, options));
@@ -65,8 +67,9 @@ Result<RecordingKind> recording_kind(const fs::path& path, const ReadOptions& op
                                                "folder or the video, and the log with --log"};
     return Error{ErrorCode::Unsupported,
                  path.string() +
-                     ": is neither a folder nor a video; give a flight folder, a folder of "
-                     "photographs or a video (.mp4, .mov, .mkv, .avi, .ts)"};
+                     ": is neither a folder nor a recording; give a flight folder, a folder of "
+                     "photographs, a video (.mp4, .mov, .mkv, .avi, .ts), an MCAP file (.mcap) or "
+                     "a ROS 1 bag (.bag)"};
   }
   WATERSKY_TRY(const auto log, log_of(path, options));
   return log ? RecordingKind::PhotographsWithLog : RecordingKind::Photographs;
@@ -97,8 +100,16 @@ Result<Flight> read_flight(const fs::path& path, const ReadOptions& options,
       WATERSKY_TRY(recorded, read_video_flight(*video, log, options, progress));
       break;
     }
+    case RecordingKind::Messages: {
+      WATERSKY_TRY(recorded, read_message_flight(path, options, progress));
+      break;
+    }
   }
-  if (kind != RecordingKind::FlightFolder) {
+  if (kind == RecordingKind::Messages) {
+    // Many recordings share a folder: what lies beside is not taken for this one's.
+    WATERSKY_CHECK(
+        read_known_points(path, options.anchors_file, options.range_file, recorded->flight));
+  } else if (kind != RecordingKind::FlightFolder) {
     std::error_code ec;
     WATERSKY_CHECK(read_known_points(fs::is_directory(path, ec) ? path : path.parent_path(),
                                      options.anchors_file, options.range_file, recorded->flight));

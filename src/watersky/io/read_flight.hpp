@@ -14,6 +14,7 @@ enum class RecordingKind {
   PhotographsWithLog,  ///< photographs, and one autopilot log beside them or given
   Photographs,
   VideoWithLog,  ///< a video, or the one in a folder without photographs, and its log
+  Messages,      ///< an MCAP file or a ROS 1 bag
 };
 
 /// What a path holds; NotFound or Unsupported, saying what can be read, when it is none of these.

@@ -8,6 +8,7 @@
 
 #include "watersky/base/time.hpp"
 #include "watersky/geo/rotation.hpp"
+#include "watersky/geodesy/wgs84.hpp"
 #include "watersky/io/sea_level.hpp"
 
 namespace watersky {
@@ -34,10 +35,19 @@ struct ReadOptions {
   /// One frame of a video is used for each such interval, 0: every frame. Looks at the same ice
   /// with the same error, 30 times a second, tell little more than two.
   double video_frame_interval_s = 0.5;
+  // Of MCAP files and bags:
+  std::optional<std::string> image_topic;   ///< where several have images
+  std::optional<std::string> camera_frame;  ///< otherwise the images' frame_id
+  std::optional<std::string> map_frame;     ///< otherwise the top of the camera's chain
+  /// Where the map frame's origin is, otherwise as NavSatFix says.
+  std::optional<Geodetic> datum;
 };
 
 /// "ROLL,PITCH,YAW" in degrees; Usage otherwise.
 [[nodiscard]] Result<YawPitchRoll> parse_mount_option(std::string_view text);
+
+/// "LAT,LON,HEIGHT": degrees and metres above the ellipsoid; Usage otherwise.
+[[nodiscard]] Result<Geodetic> parse_datum_option(std::string_view text);
 
 /// ISO 8601 with Z or an offset from UTC (2018-08-05T01:00:44.80Z, 2018-08-05T03:00:44+02:00), or
 /// seconds since 1970; Usage otherwise.

@@ -161,7 +161,9 @@ Status apply(const MetadataFinding& finding, Flight& flight) {
       for (const std::size_t i : finding.frames) {
         if (i >= flight.frames.size())
           return Error{ErrorCode::Usage, "the findings are those of another flight"};
-        flight.frames[i].file.clear();  // its bytes are turned the other way
+        // Its bytes are turned the other way.
+        flight.frames[i].file.clear();
+        flight.frames[i].encoded = nullptr;
         flight.frames[i].load =
             watersky::turned_back(std::move(flight.frames[i].load), finding.quarter_turns,
                                   flight.camera.width_px(), flight.camera.height_px());

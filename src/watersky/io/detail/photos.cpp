@@ -29,6 +29,24 @@ Result<YawPitchRoll> parse_mount_option(std::string_view text) {
   return YawPitchRoll{Angle::degrees(angle[2]), Angle::degrees(angle[1]), Angle::degrees(angle[0])};
 }
 
+Result<Geodetic> parse_datum_option(std::string_view text) {
+  double value[3];
+  std::string_view rest = text;
+  for (int i = 0; i < 3; ++i) {
+    const std::size_t comma = rest.find(',');
+    const auto x = parse_number(rest.substr(0, comma));
+    const bool last = comma == std::string_view::npos;
+    constexpr double kMost[] = {90, 360, 1e6};
+    if (!x || std::abs(*x) > kMost[i] || last != (i == 2))
+      return Error{ErrorCode::Usage, "--datum \"" + std::string(text.substr(0, 60)) +
+                                         "\" is not LAT,LON,HEIGHT in degrees and metres above the "
+                                         "ellipsoid, e.g. 78.9,11.9,30"};
+    value[i] = *x;
+    if (!last) rest.remove_prefix(comma + 1);
+  }
+  return Geodetic{Angle::degrees(value[0]), Angle::degrees(value[1]), value[2]};
+}
+
 Result<Time> parse_video_start_option(std::string_view text) {
   if (const auto time = parse_iso8601(text)) return *time;
   if (const auto time = parse_time_seconds(text)) return *time;
