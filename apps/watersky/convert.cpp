@@ -115,7 +115,7 @@ void add_convert(CLI::App& app) {
           "what to make: NAME.mcap loses nothing and Foxglove shows it; NAME.bag holds what "
           "ROS has messages for; any other name is a flight folder")
       ->required();
-  verb.add_option("--log", o->log,
+  verb.add_option("--as-log", o->log,
                   "OUT becomes a folder of photographs with an autopilot's log beside them: "
                   "MAVLink telemetry, ArduPilot's DataFlash, DUNE's LSF")
       ->check(CLI::IsMember(kLogFormats));

@@ -68,6 +68,35 @@ TEST(Convert, AFlightMapsTheSameFromEveryForm) {
   expect_same_map(before, map(bag, " --sea-level " + sea_level()));
 }
 
+TEST(Convert, WhatALogDoesNotSayIsToldAndThenTheMapIsTheSame) {
+  const TemporaryFolder folder;
+  const fs::path before = folder.path() / "before", after = folder.path() / "after";
+  const auto map = [&](const fs::path& flight, const fs::path& out, const std::string& more) {
+    const Outcome made =
+        watersky("map" + quoted(flight) + " -o" + quoted(out) + " --no-align" + more);
+    ASSERT_EQ(made.status, 0) << made.err;
+  };
+  map(small_flight(), before, "");
+  for (const char* log : {"tlog", "bin", "lsf"}) {
+    const fs::path made = folder.path() / log;
+    const Outcome converted = watersky("convert" + quoted(small_flight()) + quoted(made) +
+                                       " --as-log " + log + " --json");
+    ASSERT_EQ(converted.status, 0) << converted.err;
+    EXPECT_EQ(converted.json()["kind"], "photographs_with_log");
+    const auto from = converted.err.find("give ") + 5, to = converted.err.find(" when you map");
+    ASSERT_LT(from, to) << converted.err;
+    fs::remove_all(after);
+    map(made, after, " " + converted.err.substr(from, to - from));
+    const auto changes =
+        watersky("diff" + quoted(before) + quoted(after) + " --json").json()["changes"];
+    const auto cells = [&](const char* change) { return changes[change]["cells"].get<double>(); };
+    const double same = cells("stayed_ice") + cells("stayed_water");
+    EXPECT_GT(same, 1000);
+    for (const char* change : {"became_ice", "became_water", "new_ice", "new_water", "only_before"})
+      EXPECT_LT(cells(change), 0.01 * same) << log << ": " << change;
+  }
+}
+
 TEST(Convert, RefusesToReplaceWhatItDidNotMake) {
   const TemporaryFolder folder;
   const fs::path mcap = folder.path() / "f.mcap";
@@ -90,7 +119,7 @@ TEST(Convert, RefusesToReplaceWhatItDidNotMake) {
 TEST(Convert, HelpShowsTheFormsAndEveryOption) {
   const Outcome help = watersky("convert --help");
   EXPECT_EQ(help.status, 0);
-  for (const char* word : {".mcap", ".bag", "--jpeg", "--overwrite", "--image-topic",
+  for (const char* word : {".mcap", ".bag", "--jpeg", "--overwrite", "--as-log", "--image-topic",
                            "--camera-frame", "--map-frame", "--datum"})
     EXPECT_THAT(help.out, HasSubstr(word));
 }

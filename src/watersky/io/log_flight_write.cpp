@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/io/log_flight_write.hpp"
 
+#include <cmath>
 #include <cstdio>
 #include <map>
 
@@ -35,20 +36,23 @@ Result<EncodedImage> image_of(const ImageFrame& frame, const WriteRecordingOptio
   return detail::encode_image(image, options.jpeg, options.jpeg_quality, frame.name);
 }
 
+/// To a millionth: as people give it, not as it was rounded on the way.
+std::string number(double x) { return format_number(std::round(x * 1e6) / 1e6 + 0.0); }
+
 /// The options by which the flight is read as it was.
 Result<std::vector<std::string>> options_to_tell(const Flight& flight, bool arrivals) {
   std::vector<std::string> out;
   if (!flight.mount.assumed) {
     const YawPitchRoll mount =
         yaw_pitch_roll(flight.mount.rotation * forward_right_down_from_camera().conjugate());
-    out.push_back("--mount " + format_number(mount.roll.degrees()) + "," +
-                  format_number(mount.pitch.degrees()) + "," + format_number(mount.yaw.degrees()));
+    out.push_back("--mount " + number(mount.roll.degrees()) + "," + number(mount.pitch.degrees()) +
+                  "," + number(mount.yaw.degrees()));
   }
   if (flight.sea_level) {
     WATERSKY_TRY(const double sea_m, flight.sea_level->height_ellipsoid_m(flight.datum.origin()));
-    out.push_back("--sea-level ellipsoid:" + format_number(sea_m));
+    out.push_back("--sea-level ellipsoid:" + number(sea_m));
   }
-  if (arrivals && flight.delay_s) out.push_back("--delay-s " + format_number(*flight.delay_s));
+  if (arrivals && flight.delay_s) out.push_back("--delay-s " + number(*flight.delay_s));
   return out;
 }
 
