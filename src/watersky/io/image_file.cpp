@@ -180,26 +180,29 @@ bool has_size_of(const cv::Mat& counts, std::span<const std::uint8_t> jpeg) {
 
 }  // namespace
 
+Result<cv::Mat> load_image(std::span<const std::uint8_t> bytes, const ImageRequest& request,
+                           const std::string& name) {
+  WATERSKY_TRY(auto flir, find_flir_image(bytes, name));
+  if (flir && has_size_of(flir->counts, bytes)) return std::move(flir->counts);
+  return decode_image(bytes, request, name);
+}
+
+Status check_image_size(const cv::Mat& image, const ImageRequest& request,
+                        const ImageSize& expected, const std::string& name) {
+  const auto fits = [&](int got, int full) {
+    return got == full || std::abs(got * request.reduction - full) < request.reduction;
+  };
+  if (fits(image.cols, expected.width_px) && fits(image.rows, expected.height_px)) return {};
+  return bad(name, "is " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
+                       ", but the flight's camera has " + std::to_string(expected.width_px) + "x" +
+                       std::to_string(expected.height_px) + " pixels");
+}
+
 ImageLoader image_loader(const fs::path& file, std::optional<ImageSize> expected) {
   return [file, expected](const ImageRequest& request) -> Result<cv::Mat> {
     WATERSKY_TRY(const auto bytes, read_bytes(file));
-    WATERSKY_TRY(auto flir, find_flir_image(bytes, file.string()));
-    cv::Mat image;
-    if (flir && has_size_of(flir->counts, bytes)) {
-      image = std::move(flir->counts);
-    } else {
-      WATERSKY_TRY(image, decode_image(bytes, request, file.string()));
-    }
-    if (expected) {
-      const auto fits = [&](int got, int full) {
-        return got == full || std::abs(got * request.reduction - full) < request.reduction;
-      };
-      if (!fits(image.cols, expected->width_px) || !fits(image.rows, expected->height_px))
-        return bad(file.string(),
-                   "is " + std::to_string(image.cols) + "x" + std::to_string(image.rows) +
-                       ", but the flight's camera has " + std::to_string(expected->width_px) + "x" +
-                       std::to_string(expected->height_px) + " pixels");
-    }
+    WATERSKY_TRY(cv::Mat image, load_image(bytes, request, file.string()));
+    if (expected) WATERSKY_CHECK(check_image_size(image, request, *expected, file.string()));
     return image;
   };
 }

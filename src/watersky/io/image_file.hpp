@@ -36,9 +36,16 @@ struct ImageSize {
 [[nodiscard]] Result<cv::Mat> decode_image(std::span<const std::uint8_t> bytes,
                                            const ImageRequest& request, const std::string& name);
 
-/// Loads `file` anew at each call. A FLIR radiometric JPEG (flir.hpp) gives its 16-bit counts,
-/// in full size, where they are of the picture's size. When `expected` is given and the image has
-/// another size, InvalidInput says so.
+/// The same, but a FLIR radiometric JPEG (flir.hpp) gives its 16-bit counts, in full size, where
+/// they are of the picture's size.
+[[nodiscard]] Result<cv::Mat> load_image(std::span<const std::uint8_t> bytes,
+                                         const ImageRequest& request, const std::string& name);
+
+/// InvalidInput, saying both, when an image that was asked for thus is of another size.
+[[nodiscard]] Status check_image_size(const cv::Mat& image, const ImageRequest& request,
+                                      const ImageSize& expected, const std::string& name);
+
+/// load_image() of `file` anew at each call; with `expected` its size is checked.
 [[nodiscard]] ImageLoader image_loader(const std::filesystem::path& file,
                                        std::optional<ImageSize> expected = std::nullopt);
 

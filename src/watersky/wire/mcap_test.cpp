@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: MIT
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <cstring>
+#include <fstream>
 #include <random>
 
+#include "support/temporary_folder.hpp"
 #include "watersky/wire/mcap_reader.hpp"
 #include "watersky/wire/mcap_writer.hpp"
 
@@ -319,6 +325,58 @@ TEST(McapWriter, EveryChunkIsInTheSinkWhenItIsFull) {
   EXPECT_EQ(writer.write({9, 0, at_ms(0), at_ms(0), data}).error().code, ErrorCode::NotFound);
   ASSERT_TRUE(writer.close());
   EXPECT_EQ(writer.write({channel, 0, at_ms(0), at_ms(0), data}).error().code, ErrorCode::Usage);
+}
+
+/// Writes to `file` until it is killed, and tells through `pipe` how many messages are in chunks
+/// that were sent.
+[[noreturn]] void record_forever(int file, int pipe) {
+  auto writer = *Writer::open(
+      [&](std::span<const std::uint8_t> bytes) -> Status {
+        if (::write(file, bytes.data(), bytes.size()) != static_cast<ssize_t>(bytes.size()))
+          ::_exit(1);
+        return {};
+      },
+      {.profile = "", .library = "", .compression = Compression::Zstd, .chunk_bytes = 2000});
+  const auto channel = *writer.add_channel({0, 0, "t", "x", {}});
+  const Bytes data(100, 7);
+  for (std::uint32_t i = 0;; ++i) {
+    const std::uint64_t before = writer.bytes_sent();
+    if (!writer.write({channel, i, at_ms(i), at_ms(i), data})) ::_exit(1);
+    if (writer.bytes_sent() != before && ::write(pipe, &i, sizeof i) != sizeof i) ::_exit(1);
+  }
+}
+
+TEST(McapWriter, AProcessThatIsKilledLeavesEveryChunkThatItSent) {
+  const test::TemporaryFolder folder;
+  const auto path = folder.path() / "killed.mcap";
+  const int file = ::open(path.c_str(), O_CREAT | O_WRONLY, 0600);
+  int pipe[2];
+  ASSERT_EQ(::pipe(pipe), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::close(pipe[0]);
+    record_forever(file, pipe[1]);
+  }
+  ::close(pipe[1]);
+  std::uint32_t told = 0, sent = 0;
+  while (::read(pipe[0], &told, sizeof told) == sizeof told) {
+    if (told > 3000 && sent <= 3000) ::kill(child, SIGKILL);
+    sent = told;
+  }
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_TRUE(WIFSIGNALED(status));
+  ::close(pipe[0]);
+  ::close(file);
+  ASSERT_GT(sent, 3000u);
+
+  std::ifstream in(path, std::ios::binary);
+  const auto reader = Reader::open(
+      source_of(Bytes(std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>())));
+  ASSERT_TRUE(reader) << reader.error().message;
+  const Contents found = contents(*reader);
+  ASSERT_GE(found.messages.size(), sent);
+  for (std::size_t i = 0; i < found.messages.size(); ++i) ASSERT_EQ(found.messages[i].sequence, i);
 }
 
 TEST(McapWriter, AfterTheSinkFailedNothingMoreIsSent) {

@@ -117,19 +117,9 @@ void set_image(ImageFrame& frame, const std::shared_ptr<const MessageFile>& file
   frame.load = [file, channel, where, expected,
                 name](const ImageRequest& request) -> Result<cv::Mat> {
     WATERSKY_TRY(const auto data, file->read(where));
-    auto image = decode_image_message(channel, data, request, name);
-    if (!image || !expected) return image;
-    const auto reduced = [&](int full) {
-      return (full + request.reduction - 1) / request.reduction;
-    };
-    const ImageSize found{image->cols, image->rows};
-    // A reduced picture or, where the format cannot, the full one.
-    if (found == *expected ||
-        found == ImageSize{reduced(expected->width_px), reduced(expected->height_px)})
-      return image;
-    return Error{ErrorCode::InvalidInput, name + ": is not of the size of the others (" +
-                                              std::to_string(expected->width_px) + "x" +
-                                              std::to_string(expected->height_px) + ")"};
+    WATERSKY_TRY(cv::Mat image, decode_image_message(channel, data, request, name));
+    if (expected) WATERSKY_CHECK(check_image_size(image, request, *expected, name));
+    return image;
   };
   if (!channel.type.ends_with("CompressedImage")) return;
   frame.encoded = [file, channel, where, name]() -> Result<EncodedImage> {

@@ -116,7 +116,7 @@ Result<cv::Mat> decode_image_message(const MessageChannel& channel,
                                      std::span<const std::uint8_t> data,
                                      const ImageRequest& request, const std::string& name) {
   WATERSKY_TRY(const auto compressed, compressed_of(channel, data));
-  if (compressed) return decode_image(compressed->data, request, name);
+  if (compressed) return load_image(compressed->data, request, name);
   if (channel.type == "foxglove.RawImage") {
     WATERSKY_TRY(const auto m, protobuf::decode<foxglove::RawImage>(data));
     return decode_raw({m.width, m.height, m.step, m.encoding, false, m.data}, request, name);
