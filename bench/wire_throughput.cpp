@@ -4,8 +4,9 @@
 /// (wire.mavlink.decode_mb_s); IMC packets likewise (wire.imc.packets_mb_s, wire.imc.decode_mb_s,
 /// and as messages with memory of their own wire.imc.messages_mb_s); signatures checked
 /// (wire.mavlink.signatures_per_s); an hour's .tlog to a trajectory (wire.tlog.hour_s). Beside it
-/// node-mavlink in the same run, wall time (wire.node_mavlink.decode_mb_s, and how many times as
-/// fast ours is, wire.mavlink.ratio_node_mavlink), where node and tests/node/node_modules are.
+/// node-mavlink in the same run, its processor time (wire.node_mavlink.decode_mb_s, and how many
+/// times as fast ours is, wire.mavlink.ratio_node_mavlink), where node and tests/node/node_modules
+/// are.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
