@@ -30,6 +30,10 @@ void add_flight_options(CLI::App& verb, FlightOptions& o) {
       "ROLL,PITCH,YAW of the camera on the aircraft [deg]: pitch -90 looks straight "
       "down, image top forward; where a gimbal's attitude is recorded, of the camera on "
       "the gimbal");
+  verb.add_option(
+      "--lever-arm", o.lever_arm,
+      "FORWARD,RIGHT,DOWN of the camera from where the poses are of [m], in the axes of "
+      "the aircraft, or of the gimbal");
   verb.add_option("--log", o.log, "autopilot log with the poses (.tlog, .bin, .lsf, .lsf.gz)");
   verb.add_option("--sea-level", o.sea_level,
                   "height of the sea [m] above a reference: takeoff:M, geoid:M or ellipsoid:M "
@@ -92,6 +96,9 @@ Result<ReadOptions> read_options(const FlightOptions& o) {
   read.focal_px = o.focal_px;
   if (!o.mount.empty()) {
     WATERSKY_TRY(read.mount, parse_mount_option(o.mount));
+  }
+  if (!o.lever_arm.empty()) {
+    WATERSKY_TRY(read.lever_arm_m, parse_lever_arm_option(o.lever_arm));
   }
   if (!o.log.empty()) read.log = o.log;
   if (!o.sea_level.empty()) {

@@ -9,7 +9,7 @@
 namespace watersky::cli {
 
 struct FlightOptions {
-  std::string flight, camera_file, mount, log, sea_level, anchors, ranges, name_pattern,
+  std::string flight, camera_file, mount, lever_arm, log, sea_level, anchors, ranges, name_pattern,
       video_start, image_topic, camera_frame, map_frame, datum;
   std::optional<double> focal_px;
   double video_frame_interval_s = ReadOptions{}.video_frame_interval_s;

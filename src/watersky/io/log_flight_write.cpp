@@ -48,6 +48,8 @@ Result<std::vector<std::string>> options_to_tell(const Flight& flight, bool arri
     out.push_back("--mount " + number(mount.roll.degrees()) + "," + number(mount.pitch.degrees()) +
                   "," + number(mount.yaw.degrees()));
   }
+  if (const Eigen::Vector3d& arm = flight.mount.lever_arm_m; !arm.isZero())
+    out.push_back("--lever-arm " + number(arm.x()) + "," + number(arm.y()) + "," + number(arm.z()));
   if (flight.sea_level) {
     WATERSKY_TRY(const double sea_m, flight.sea_level->height_ellipsoid_m(flight.datum.origin()));
     out.push_back("--sea-level ellipsoid:" + number(sea_m));

@@ -114,6 +114,7 @@ Result<Flight> read_flight(const fs::path& path, const ReadOptions& options,
     WATERSKY_CHECK(read_known_points(fs::is_directory(path, ec) ? path : path.parent_path(),
                                      options.anchors_file, options.range_file, recorded->flight));
   }
+  if (options.lever_arm_m) recorded->flight.mount.lever_arm_m = *options.lever_arm_m;
   if (options.sea_level) {
     WATERSKY_TRY(recorded->flight.sea_level, make_sea_level(*options.sea_level, recorded->takeoff));
   }

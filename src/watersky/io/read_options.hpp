@@ -16,7 +16,9 @@ namespace watersky {
 struct ReadOptions {
   std::optional<std::filesystem::path> camera_file;  ///< an OpenCV calibration
   std::optional<double> focal_px;
-  std::optional<YawPitchRoll> mount;         ///< of the camera in the body (or on the gimbal)
+  std::optional<YawPitchRoll> mount;  ///< of the camera in the body (or on the gimbal)
+  /// Of the camera in the body (or on the gimbal): forward, right, down.
+  std::optional<Eigen::Vector3d> lever_arm_m;
   std::optional<std::filesystem::path> log;  ///< an autopilot's log for photographs
   std::optional<SeaLevelOption> sea_level;
   /// Known points and where they are seen, instead of those beside the recording.
@@ -45,6 +47,8 @@ struct ReadOptions {
 
 /// "ROLL,PITCH,YAW" in degrees; Usage otherwise.
 [[nodiscard]] Result<YawPitchRoll> parse_mount_option(std::string_view text);
+/// "FORWARD,RIGHT,DOWN" in metres; Usage otherwise.
+[[nodiscard]] Result<Eigen::Vector3d> parse_lever_arm_option(std::string_view text);
 
 /// "LAT,LON,HEIGHT": degrees and metres above the ellipsoid; Usage otherwise.
 [[nodiscard]] Result<Geodetic> parse_datum_option(std::string_view text);

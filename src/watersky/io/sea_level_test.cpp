@@ -60,5 +60,11 @@ TEST(MountOption, IsRollPitchYaw) {
     EXPECT_EQ(parse_mount_option(bad).error().code, ErrorCode::Usage) << bad;
 }
 
+TEST(LeverArmOption, IsForwardRightDown) {
+  EXPECT_EQ(parse_lever_arm_option("0.3,-1,0.1").value(), Eigen::Vector3d(0.3, -1, 0.1));
+  for (const char* bad : {"", "1,2", "1,2,3,4", "a,b,c", "1,2,nan", "1,2,101"})
+    EXPECT_EQ(parse_lever_arm_option(bad).error().code, ErrorCode::Usage) << bad;
+}
+
 }  // namespace
 }  // namespace watersky

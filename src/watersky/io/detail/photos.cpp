@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "watersky/io/detail/photos.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
 
@@ -13,38 +14,50 @@
 
 namespace watersky {
 
-Result<YawPitchRoll> parse_mount_option(std::string_view text) {
-  double angle[3];
-  std::string_view rest = text;
-  for (int i = 0; i < 3; ++i) {
-    const std::size_t comma = rest.find(',');
-    const auto x = parse_number(rest.substr(0, comma));
+namespace {
+
+/// "A,B,C", each within ± `most`; nullopt otherwise.
+std::optional<std::array<double, 3>> three_numbers(std::string_view text,
+                                                   const std::array<double, 3>& most) {
+  std::array<double, 3> out{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t comma = text.find(',');
+    const auto x = parse_number(text.substr(0, comma));
     const bool last = comma == std::string_view::npos;
-    if (!x || std::abs(*x) > 360 || last != (i == 2))
-      return Error{ErrorCode::Usage, "--mount \"" + std::string(text.substr(0, 60)) +
-                                         "\" is not ROLL,PITCH,YAW in degrees, e.g. 0,-90,0"};
-    angle[i] = *x;
-    if (!last) rest.remove_prefix(comma + 1);
+    if (!x || std::abs(*x) > most[i] || last != (i == 2)) return std::nullopt;
+    out[i] = *x;
+    if (!last) text.remove_prefix(comma + 1);
   }
-  return YawPitchRoll{Angle::degrees(angle[2]), Angle::degrees(angle[1]), Angle::degrees(angle[0])};
+  return out;
+}
+
+Error not_the_form(const char* option, std::string_view text, const char* form) {
+  return {ErrorCode::Usage,
+          std::string(option) + " \"" + std::string(text.substr(0, 60)) + "\" is not " + form};
+}
+
+}  // namespace
+
+Result<YawPitchRoll> parse_mount_option(std::string_view text) {
+  const auto angle = three_numbers(text, {360, 360, 360});
+  if (!angle) return not_the_form("--mount", text, "ROLL,PITCH,YAW in degrees, e.g. 0,-90,0");
+  const auto& [roll, pitch, yaw] = *angle;
+  return YawPitchRoll{Angle::degrees(yaw), Angle::degrees(pitch), Angle::degrees(roll)};
+}
+
+Result<Eigen::Vector3d> parse_lever_arm_option(std::string_view text) {
+  const auto at = three_numbers(text, {100, 100, 100});
+  if (!at) return not_the_form("--lever-arm", text, "FORWARD,RIGHT,DOWN in metres, e.g. 0.3,0,0.1");
+  return Eigen::Vector3d((*at)[0], (*at)[1], (*at)[2]);
 }
 
 Result<Geodetic> parse_datum_option(std::string_view text) {
-  double value[3];
-  std::string_view rest = text;
-  for (int i = 0; i < 3; ++i) {
-    const std::size_t comma = rest.find(',');
-    const auto x = parse_number(rest.substr(0, comma));
-    const bool last = comma == std::string_view::npos;
-    constexpr double kMost[] = {90, 360, 1e6};
-    if (!x || std::abs(*x) > kMost[i] || last != (i == 2))
-      return Error{ErrorCode::Usage, "--datum \"" + std::string(text.substr(0, 60)) +
-                                         "\" is not LAT,LON,HEIGHT in degrees and metres above the "
-                                         "ellipsoid, e.g. 78.9,11.9,30"};
-    value[i] = *x;
-    if (!last) rest.remove_prefix(comma + 1);
-  }
-  return Geodetic{Angle::degrees(value[0]), Angle::degrees(value[1]), value[2]};
+  const auto value = three_numbers(text, {90, 360, 1e6});
+  if (!value)
+    return not_the_form("--datum", text,
+                        "LAT,LON,HEIGHT in degrees and metres above the ellipsoid, e.g. "
+                        "78.9,11.9,30");
+  return Geodetic{Angle::degrees((*value)[0]), Angle::degrees((*value)[1]), (*value)[2]};
 }
 
 Result<Time> parse_video_start_option(std::string_view text) {
