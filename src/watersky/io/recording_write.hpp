@@ -20,7 +20,7 @@ struct WriteRecordingOptions {
   /// Images that are files (JPEG, PNG) are kept as they are; others are encoded thus.
   bool jpeg = false;  ///< otherwise PNG, which loses nothing; 16 bit images always are
   int jpeg_quality = 95;
-  std::size_t chunk_bytes = std::size_t{1} << 20;  ///< what damage to the file takes at least
+  std::size_t chunk_bytes = std::size_t{1} << 17;  ///< what damage to the file takes at least
   bool replace = false;                            ///< what is there already
 };
 
