@@ -4,6 +4,7 @@
 ///
 ///   map_kills [KILLS [FOLDER]]     20 by default, in a folder under the temporary one; about a
 ///                                  second each
+#include <cstdio>
 #include <cstdlib>
 #include <string>
 
@@ -14,6 +15,10 @@
 int main(int argc, char** argv) {
   using namespace watersky;
   const int kills = argc > 1 ? std::atoi(argv[1]) : 20;
+  if (kills < 1 || argc > 3) {
+    std::fprintf(stderr, "usage: map_kills [KILLS [FOLDER]]    20 kills; about 0.8 s each\n");
+    return 2;
+  }
   const test::TemporaryFolder temporary;
   const std::filesystem::path folder =
       argc > 2 ? std::filesystem::path(argv[2]) : temporary.path() / "live";
