@@ -52,7 +52,13 @@ VerbResult run(const Options& o, const Common& common) {
   const Progress progress = progress_bar(common);
   WATERSKY_TRY(const ReadOptions read, read_options(o.flight));
   WATERSKY_TRY(const Flight flight, read_flight(o.flight.flight, read, progress));
-  for (const std::string& note : flight.notes) say_more(common, note);
+  // There is no report that would tell them: damage would go unseen.
+  for (const std::string& note : flight.notes) say(common, note);
+  if (flight.frames.empty() && flight.trajectory.poses().empty())
+    return Error{ErrorCode::NotFound,
+                 o.flight.flight +
+                     ": holds neither frames nor poses, so nothing was written; watersky inspect "
+                     "tells what is in it"};
 
   const std::string extension = lower_extension(o.out);
   const WriteRecordingOptions write{

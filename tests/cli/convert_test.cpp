@@ -115,6 +115,17 @@ TEST(Convert, RefusesToReplaceWhatItDidNotMake) {
       1);
 }
 
+TEST(Convert, OfARecordingWithNothingInItMakesNothing) {
+  const TemporaryFolder folder;
+  const fs::path mcap = folder.path() / "f.mcap", out = folder.path() / "out.mcap";
+  ASSERT_EQ(watersky("convert" + quoted(small_flight()) + quoted(mcap)).status, 0);
+  fs::resize_file(mcap, 3000);
+  const Outcome refused = watersky("convert" + quoted(mcap) + quoted(out) + " --quiet");
+  expect_one_line_error(refused, 1);
+  EXPECT_THAT(refused.err, HasSubstr("holds neither frames nor poses"));
+  EXPECT_FALSE(fs::exists(out));
+}
+
 TEST(Convert, HelpShowsTheFormsAndEveryOption) {
   const Outcome help = watersky("convert --help");
   EXPECT_EQ(help.status, 0);
