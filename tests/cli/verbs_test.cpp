@@ -126,6 +126,18 @@ TEST(Simulate, TheSameSeedIsTheSameFlightAndAnotherIsNot) {
   EXPECT_TRUE(fs::exists(folder.path() / "1" / "truth" / "objects.csv"));
 }
 
+TEST(Map, ForgetsWhenAskedAndSaysSoInReportFileAndInspection) {
+  const TemporaryFolder folder;
+  const fs::path out = folder.path() / "map";
+  const Outcome made = watersky("map '" + small_flight().string() + "' -o '" + out.string() +
+                                "' --no-align --half-life-s 30");
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_NE(read_text(out / "report.html").find("Cells forget: half of what is known"),
+            std::string::npos);
+  const auto facts = watersky("inspect '" + (out / "map.wsmap").string() + "' --json").json();
+  EXPECT_EQ(facts.value(nlohmann::json::json_pointer("/facts/half_life_s"), ""), "30");
+}
+
 TEST(Inspect, SaysWhatAFlightHolds) {
   const Outcome o = watersky("inspect '" + small_flight().string() + "' --json");
   ASSERT_EQ(o.status, 0) << o.err;

@@ -194,9 +194,13 @@ Result<Inspection> inspect_map(const fs::path& path) {
   out.counts["tiles"] = map.tiles().items().size();
   out.counts["sources"] = map.tiles().sources().size();
   out.counts["cells_seen_by_sources"] = seen;
-  char cell[32];
-  std::snprintf(cell, sizeof cell, "%g", map.header().cell_m);
-  out.facts["cell_m"] = cell;
+  const auto number = [](double x) {
+    char text[32];
+    std::snprintf(text, sizeof text, "%g", x);
+    return std::string(text);
+  };
+  out.facts["cell_m"] = number(map.header().cell_m);
+  if (map.header().half_life_s > 0) out.facts["half_life_s"] = number(map.header().half_life_s);
   out.facts["projection"] = map.header().projection;
   out.facts["overview_levels"] = std::to_string(map.levels());
   for (const MapSource& source : map.tiles().sources()) {
